@@ -1,0 +1,64 @@
+//! The command line: arguments in, exit status out. Results on standard output, progress and warnings on standard error.
+
+mod import;
+
+use crate::error::{Error, Result};
+use clap::{Parser, Subcommand};
+use std::{
+    io::{self, Write},
+    process::ExitCode,
+};
+
+/// Learn a robot's own landmarks, localise with them, and judge the result.
+#[derive(Debug, Parser)]
+#[command(name = "ballmark", version, about, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// One file a command.
+#[derive(Debug, Subcommand)]
+enum Command {
+    Import(import::Arguments),
+}
+
+/// How a command ended when it did not fail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done, nothing lost (exit status 0).
+    Done,
+    /// Done, but something in the input was dropped or damaged, each counted and named (exit status 3).
+    Lossy,
+}
+
+/// Runs the command that the arguments ask for; the exit status is the one users and scripts rely on: 0 done, 1 the work
+/// failed, 2 the call is wrong, 3 done but something in the input was lost.
+pub fn run() -> ExitCode {
+    let arguments = Arguments::parse(); // clap itself exits with 2 on a wrong call
+    let result: Result<Outcome> = match arguments.command {
+        Command::Import(arguments) => import::run(arguments),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Lossy) => ExitCode::from(3),
+        Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
+        Err(error) => {
+            warn(&format!("error: {error}"));
+            ExitCode::from(if error.is_usage() { 2 } else { 1 })
+        }
+    }
+}
+
+/// A line for the person, on standard error; that nobody reads it is no fault.
+pub(crate) fn warn(line: &str) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// A result, on standard output.
+pub(crate) fn print(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())
+        .and_then(|()| out.flush())
+        .map_err(|e| Error::io("cannot write", "standard output", e))
+}

@@ -1,0 +1,115 @@
+//! The one error of the crate: a kind that decides the exit status and one line a person can act on.
+
+use std::{fmt, io, path::Path};
+
+/// What every fallible function of the crate returns.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// What went wrong, told in one line that names the file, the place in it, the fault and what was expected.
+///
+/// ```
+/// let error = ballmark::Error::input("walk.csv", "line 7", "column `x_m` holds `abc`; expected metres as a number");
+/// assert!(error.is_input());
+/// assert_eq!(error.to_string(), "walk.csv: line 7: column `x_m` holds `abc`; expected metres as a number");
+/// ```
+#[derive(Debug)]
+pub struct Error {
+    kind: Kind,
+    message: String,
+    source: Option<io::Error>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Usage,
+    Input,
+    Io,
+    Work,
+}
+
+impl Error {
+    /// The call itself is wrong: an argument or a configuration key.
+    pub fn usage(message: impl Into<String>) -> Self {
+        Self::of(Kind::Usage, message.into())
+    }
+
+    /// A file's content is wrong: `file`, the `place` in it (line, array, key), and the `fault` with what was expected.
+    pub fn input(
+        file: impl AsRef<Path>,
+        place: impl fmt::Display,
+        fault: impl fmt::Display,
+    ) -> Self {
+        Self::of(
+            Kind::Input,
+            format!("{}: {place}: {fault}", file.as_ref().display()),
+        )
+    }
+
+    /// A file as a whole is wrong (empty, of another format).
+    pub fn file(file: impl AsRef<Path>, fault: impl fmt::Display) -> Self {
+        Self::of(Kind::Input, format!("{}: {fault}", file.as_ref().display()))
+    }
+
+    /// The operating system refused: `action` is a verb phrase such as "cannot write".
+    pub fn io(action: &str, file: impl AsRef<Path>, source: io::Error) -> Self {
+        let message = format!("{}: {action}: {source}", file.as_ref().display());
+        Self {
+            kind: Kind::Io,
+            message,
+            source: Some(source),
+        }
+    }
+
+    /// The input is well formed, but the work asked for can't be done with it.
+    pub fn work(message: impl Into<String>) -> Self {
+        Self::of(Kind::Work, message.into())
+    }
+
+    fn of(kind: Kind, message: String) -> Self {
+        Self {
+            kind,
+            message,
+            source: None,
+        }
+    }
+
+    /// The same error, told as coming from `file`.
+    pub fn in_file(mut self, file: impl AsRef<Path>) -> Self {
+        self.message = format!("{}: {}", file.as_ref().display(), self.message);
+        self
+    }
+
+    /// Is the call at fault (exit status 2)?
+    pub fn is_usage(&self) -> bool {
+        self.kind == Kind::Usage
+    }
+
+    /// Is the content of a file at fault?
+    pub fn is_input(&self) -> bool {
+        self.kind == Kind::Input
+    }
+
+    /// Did the operating system refuse to read or write?
+    pub fn is_io(&self) -> bool {
+        self.kind == Kind::Io
+    }
+
+    /// Was the other end of a pipe closed (`ballmark … | head`)? Then there is nothing to complain about.
+    pub fn is_broken_pipe(&self) -> bool {
+        self.source
+            .as_ref()
+            .is_some_and(|source| source.kind() == io::ErrorKind::BrokenPipe)
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.source.as_ref().map(|source| source as _)
+    }
+}

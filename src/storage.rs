@@ -1,0 +1,124 @@
+//! Files read once and written whole or not at all.
+
+use crate::error::{Error, Result};
+use sha2::{Digest, Sha256};
+use std::{
+    fs,
+    io::{self, BufWriter, Seek, Write},
+    path::{Path, PathBuf},
+};
+
+/// A place to write bytes that also can go back, as a zip archive needs.
+pub trait WriteSeek: Write + Seek {}
+impl<T: Write + Seek> WriteSeek for T {}
+
+/// All bytes of a file.
+pub fn read_file(path: &Path) -> Result<Vec<u8>> {
+    if path.is_dir() {
+        return Err(Error::file(path, "is a folder; expected a file"));
+    }
+    fs::read(path).map_err(|e| Error::io("cannot read", path, e))
+}
+
+/// Writes `path` whole or not at all: a temporary file beside it, fsync, rename. Whatever stood there before stays
+/// until the new content is safe, and nothing half-written is left behind when the disk or a limit refuses.
+///
+/// ```
+/// # let folder = tempfile::tempdir().unwrap();
+/// let path = folder.path().join("note.txt");
+/// ballmark::storage::write_file(&path, |out| out.write_all(b"whole")).unwrap();
+/// assert_eq!(std::fs::read(&path).unwrap(), b"whole");
+/// ```
+pub fn write_file(
+    path: &Path,
+    content: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
+) -> Result<()> {
+    let refused = |e: io::Error| Error::io("cannot write", path, e);
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    };
+    if path.is_dir() {
+        return Err(Error::file(
+            path,
+            "cannot write: a folder of that name exists; expected a file name",
+        ));
+    }
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::file(
+            path,
+            format!("cannot write: {} is a file, not a folder", folder.display()),
+        ));
+    }
+    // Permissions as the user's umask has them, not the owner-only ones that temporary files get by default.
+    #[cfg(unix)]
+    let builder = {
+        use std::os::unix::fs::PermissionsExt;
+        let mut builder = tempfile::Builder::new();
+        builder.permissions(fs::Permissions::from_mode(0o666));
+        builder
+    };
+    #[cfg(not(unix))]
+    let builder = tempfile::Builder::new();
+    let mut temporary = builder.tempfile_in(&folder).map_err(refused)?;
+    {
+        let mut buffered = BufWriter::new(temporary.as_file_mut());
+        content(&mut buffered).map_err(refused)?;
+        buffered.flush().map_err(refused)?;
+    }
+    temporary.as_file().sync_all().map_err(refused)?;
+    temporary.persist(path).map_err(|e| refused(e.error))?;
+    Ok(())
+}
+
+/// Makes a folder for results, with its parents.
+pub fn make_folder(path: &Path) -> Result<()> {
+    fs::create_dir_all(path).map_err(|e| Error::io("cannot make the folder", path, e))
+}
+
+/// SHA-256 of some bytes in hexadecimal, as `sha256sum` prints it.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("result.csv");
+        write_file(&path, |out| out.write_all(b"old")).unwrap();
+        let failed = write_file(&path, |out| {
+            out.write_all(b"new, half")?;
+            Err(io::Error::other("disk full"))
+        });
+        assert!(failed.unwrap_err().is_io());
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_file_as_parent_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, b"").unwrap();
+        let error = write_file(&file.join("out"), |_| Ok(()))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("is a file, not a folder"), "{error}");
+    }
+
+    #[test]
+    fn sha256_of_the_standard_example() {
+        // FIPS 180-2, appendix B.1
+        assert_eq!(
+            sha256(b"abc"),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
+    }
+}
