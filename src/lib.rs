@@ -11,6 +11,9 @@ pub mod storage;
 // what a robot saw, and the files it comes in
 pub mod recording;
 
+// where the robot may be
+pub mod belief;
+
 // arguments in, exit status out
 pub mod cli;
 

@@ -1,0 +1,3 @@
+//! The real binary, called as a user calls it: one test binary for all commands.
+
+mod support;
