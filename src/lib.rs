@@ -14,6 +14,9 @@ pub mod recording;
 // where the robot may be
 pub mod belief;
 
+// making detectors better
+pub mod learning;
+
 // arguments in, exit status out
 pub mod cli;
 

@@ -1,0 +1,4 @@
+//! Making detectors better: the objective, and descending it.
+
+pub mod objective;
+pub mod prior_operator;
