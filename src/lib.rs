@@ -14,8 +14,14 @@ pub mod recording;
 // where the robot may be
 pub mod belief;
 
+// snapshot → P(f_i = 1)
+pub mod detector;
+
 // making detectors better
 pub mod learning;
+
+// a trained model as a file
+pub mod model;
 
 // arguments in, exit status out
 pub mod cli;

@@ -1,4 +1,11 @@
 //! Making detectors better: the objective, and descending it.
 
+pub mod checkpoint;
+pub mod lesson;
 pub mod objective;
+pub mod optimiser;
 pub mod prior_operator;
+pub mod recipe;
+pub mod trainer;
+
+pub use recipe::Recipe;

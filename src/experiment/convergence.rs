@@ -1,0 +1,171 @@
+//! When a robot has found out where it is, and error curves over distance with their confidence.
+
+use super::trials::Trial;
+use crate::seed::Seed;
+use rand::RngExt;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A robot has converged when it stays this sure and this right, in metres …
+pub const SURE_WITHIN_M: f64 = 1.0;
+/// … for this far …
+const FOR_M: f64 = 5.0;
+/// … or to the trial's end, if that is at least this far away.
+const TO_THE_END_M: f64 = 2.0;
+
+/// What a localiser answered along one trial, one entry a snapshot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answers {
+    /// Σ Bel·e in metres (Thrun 1998, eq. 21).
+    pub expected_error_m: Vec<f64>,
+    /// Distance from the truth to the belief's mode, in metres.
+    pub point_error_m: Vec<f64>,
+}
+
+/// One row of an error curve.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Metres travelled since the start.
+    pub distance_m: f64,
+    /// Mean expected error over the trials that go this far.
+    pub expected_error_m: f64,
+    /// Mean point error over them.
+    pub point_error_m: f64,
+    /// 95 % interval of the mean expected error, by bootstrap over stretches.
+    pub ci95_m: [f64; 2],
+    /// Number of trials that go this far.
+    pub trials: usize,
+}
+
+/// First distance from which the expected error stays under 1 m for 5 m of travel (or to the trial's end, if that is
+/// at least 2 m away) with the truth within 1 m of the mode; `None` where there is none.
+pub fn converged_at_m(trial: &Trial, answers: &Answers) -> Option<f64> {
+    let travelled = &trial.travelled_m;
+    let end = *travelled.last()?;
+    let good = |i: usize| answers.expected_error_m[i] < SURE_WITHIN_M && answers.point_error_m[i] <= SURE_WITHIN_M;
+    (0..travelled.len())
+        .find(|&i| {
+            let until = travelled[i] + FOR_M;
+            (until <= end || end - travelled[i] >= TO_THE_END_M)
+                && (i..travelled.len()).take_while(|&j| travelled[j] <= until).all(good)
+        })
+        .map(|i| travelled[i])
+}
+
+/// Median of the distances over all trials, those that never converge counting as farther than any; `None` where fewer
+/// than half converge.
+pub fn median_distance_m(converged: &[Option<f64>]) -> Option<f64> {
+    let mut sorted: Vec<f64> = converged.iter().map(|d| d.unwrap_or(f64::INFINITY)).collect();
+    sorted.sort_by(f64::total_cmp);
+    let (n, middle) = (sorted.len(), sorted.len() / 2);
+    let median = match n {
+        0 => return None,
+        _ if n % 2 == 1 => sorted[middle],
+        _ => 0.5 * (sorted[middle - 1] + sorted[middle]),
+    };
+    median.is_finite().then_some(median)
+}
+
+/// Mean errors against distance, a row every `spacing_m`; a trial counts up to its end, with its latest answer.
+pub fn error_curve(trials: &[Trial], answers: &[Answers], spacing_m: f64, resamples: usize, seed: Seed) -> Vec<Row> {
+    let longest = trials.iter().filter_map(|t| t.travelled_m.last()).copied().fold(0.0, f64::max);
+    let mut random = seed.stream("bootstrap over stretches");
+    let mut rows = Vec::new();
+    for step in 0..=(longest / spacing_m + 1e-9) as usize {
+        let distance_m = step as f64 * spacing_m;
+        // Errors of the trials that go this far, by stretch.
+        let mut stretches: BTreeMap<usize, (f64, f64, usize)> = BTreeMap::new();
+        for (trial, answers) in trials.iter().zip(answers) {
+            let reached = trial.travelled_m.last().is_some_and(|end| *end >= distance_m - 0.5 * spacing_m);
+            if reached {
+                let latest = trial.travelled_m.partition_point(|d| *d <= distance_m + 1e-9).max(1) - 1;
+                let sums = stretches.entry(trial.stretch).or_default();
+                sums.0 += answers.expected_error_m[latest];
+                sums.1 += answers.point_error_m[latest];
+                sums.2 += 1;
+            }
+        }
+        let sums: Vec<(f64, f64, usize)> = stretches.into_values().collect();
+        let count: usize = sums.iter().map(|s| s.2).sum();
+        if count == 0 {
+            break;
+        }
+        let mut means: Vec<f64> = (0..resamples)
+            .map(|_| {
+                let draw = (0..sums.len()).map(|_| sums[random.random_range(0..sums.len())]);
+                let (total, n) = draw.fold((0.0, 0), |(total, n), s| (total + s.0, n + s.2));
+                total / n as f64
+            })
+            .collect();
+        means.sort_by(f64::total_cmp);
+        let quantile = |q: f64| means.get(((means.len() as f64 - 1.0) * q).round() as usize).copied();
+        let mean = sums.iter().map(|s| s.0).sum::<f64>() / count as f64;
+        rows.push(Row {
+            distance_m,
+            expected_error_m: mean,
+            point_error_m: sums.iter().map(|s| s.1).sum::<f64>() / count as f64,
+            ci95_m: [quantile(0.025).unwrap_or(mean), quantile(0.975).unwrap_or(mean)],
+            trials: count,
+        });
+    }
+    rows
+}
+
+/// First distance at which the mean curve is under 1 m; `None` where it never is.
+pub fn mean_below_1m_at_m(curve: &[Row]) -> Option<f64> {
+    curve.iter().find(|row| row.expected_error_m < SURE_WITHIN_M).map(|row| row.distance_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(stretch: usize, steps: usize) -> Trial {
+        Trial { stretch, snapshots: (0..steps).collect(), travelled_m: (0..steps).map(|i| i as f64 * 0.5).collect() }
+    }
+
+    fn answers(expected: &[f64]) -> Answers {
+        Answers { expected_error_m: expected.to_vec(), point_error_m: vec![0.3; expected.len()] }
+    }
+
+    #[test]
+    fn converges_where_it_stays_sure_and_right() {
+        let mut expected = vec![9.0, 8.0, 0.5, 3.0]; // sure at 1 m, but not for long
+        expected.extend([0.5; 17]);
+        let long = trial(0, expected.len());
+        assert_eq!(converged_at_m(&long, &answers(&expected)), Some(2.0));
+        let mut wrong = answers(&expected);
+        wrong.point_error_m[10] = 1.5; // sure, but of another place, at 5 m
+        assert_eq!(converged_at_m(&long, &wrong), Some(5.5));
+    }
+
+    #[test]
+    fn a_trial_may_end_early_but_not_at_once() {
+        let mut expected = vec![9.0; 6];
+        expected.extend([0.5; 5]); // sure from 3 m to the end at 5 m
+        assert_eq!(converged_at_m(&trial(0, 11), &answers(&expected)), Some(3.0));
+        let mut late = vec![9.0; 7];
+        late.extend([0.5; 4]); // from 3.5 m: only 1.5 m left
+        assert_eq!(converged_at_m(&trial(0, 11), &answers(&late)), None);
+    }
+
+    #[test]
+    fn trials_that_never_converge_count_in_the_median() {
+        assert_eq!(median_distance_m(&[Some(2.0), None, Some(4.0)]), Some(4.0));
+        assert_eq!(median_distance_m(&[Some(2.0), None, None]), None);
+        assert_eq!(median_distance_m(&[Some(2.0), None]), None);
+        assert_eq!(median_distance_m(&[Some(2.0), Some(3.0)]), Some(2.5));
+        assert_eq!(median_distance_m(&[]), None);
+    }
+
+    #[test]
+    fn the_curve_is_the_mean_of_the_trials_that_go_so_far() {
+        let trials = [trial(0, 3), trial(1, 2)];
+        let curve = error_curve(&trials, &[answers(&[4.0, 2.0, 1.0]), answers(&[8.0, 4.0])], 0.5, 200, Seed(1));
+        let means: Vec<f64> = curve.iter().map(|row| row.expected_error_m).collect();
+        assert_eq!(means, [6.0, 3.0, 1.0]);
+        assert_eq!(curve[0].ci95_m, [4.0, 8.0]); // two stretches: the bootstrap sees one alone often enough
+        assert_eq!((curve[1].trials, curve[2].trials), (2, 1));
+        assert_eq!(mean_below_1m_at_m(&curve), None);
+    }
+}

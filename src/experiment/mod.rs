@@ -1,0 +1,7 @@
+//! The loop that knows everyone: truth and response meet only here.
+
+pub mod contenders;
+pub mod convergence;
+pub mod global;
+pub mod held_out;
+pub mod trials;

@@ -1,0 +1,230 @@
+//! Where a training stands: enough to go on from there and end in the same bits.
+
+use super::{
+    optimiser::{Descent, Memory},
+    recipe::Recipe,
+    trainer::Progress,
+};
+use crate::{
+    detector::net::{Nets, values},
+    error::{Error, Result},
+    storage,
+};
+use burn::tensor::{Device, Tensor, TensorData};
+use safetensors::{Dtype, SafeTensors, tensor::TensorView};
+use std::{collections::HashMap, io, path::Path};
+
+/// The state of a training between two steps.
+pub struct Checkpoint {
+    /// The networks now.
+    pub nets: Nets,
+    /// Steps taken, and what the parameters remember of them.
+    pub descent: Descent,
+    /// The networks at the best validation error.
+    pub best_nets: Nets,
+    /// Error reduction there; none where nothing was validated yet.
+    pub best_validation: Option<f64>,
+    /// And the step it was reached at.
+    pub best_step: usize,
+    /// Error reduction on the training part at the last step.
+    pub training: f64,
+}
+
+impl Checkpoint {
+    /// Before the first step.
+    pub fn start(nets: Nets, descent: Descent) -> Self {
+        let best_nets = nets.clone();
+        Self {
+            nets,
+            descent,
+            best_nets,
+            best_validation: None,
+            best_step: 0,
+            training: 0.0,
+        }
+    }
+
+    /// Keeps the networks if they validate better than any before.
+    pub fn look(&mut self, step: usize, validation: Option<f64>) {
+        if let Some(reduction) =
+            validation.filter(|r| self.best_validation.is_none_or(|best| *r > best))
+        {
+            self.best_validation = Some(reduction);
+            self.best_step = step;
+            self.best_nets = self.nets.clone();
+        }
+    }
+
+    /// What to tell the person who waits.
+    pub fn progress(&self, recipe: &Recipe) -> Progress {
+        Progress {
+            step: self.descent.steps,
+            most_steps: recipe.descent.steps,
+            training: self.training,
+            validation: self.best_validation,
+        }
+    }
+}
+
+/// Key of the file's metadata under which the identity of the training stands.
+const IDENTITY: &str = "ballmark_training";
+
+/// Writes a checkpoint, whole or not at all. `identity` names the training: its resolved recipe and its data.
+///
+/// # Errors
+/// Where the file can't be written.
+pub fn write(path: &Path, identity: &str, now: &Checkpoint) -> Result<()> {
+    let mut tensors: Vec<(String, Vec<usize>, Vec<u8>, Dtype)> = Vec::new();
+    let mut put = |name: String, tensor: &Tensor<3>| -> Result<()> {
+        let bytes = values(tensor.clone())?
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect();
+        tensors.push((name, tensor.dims().to_vec(), bytes, Dtype::F32));
+        Ok(())
+    };
+    for (l, (weight, bias)) in now.nets.weight.iter().zip(&now.nets.bias).enumerate() {
+        put(format!("now.{l}.weight"), weight)?;
+        put(format!("now.{l}.bias"), bias)?;
+    }
+    for (l, (weight, bias)) in now
+        .best_nets
+        .weight
+        .iter()
+        .zip(&now.best_nets.bias)
+        .enumerate()
+    {
+        put(format!("best.{l}.weight"), weight)?;
+        put(format!("best.{l}.bias"), bias)?;
+    }
+    for (p, memory) in now.descent.memory.iter().enumerate() {
+        match memory {
+            Memory::Adam { first, second } => {
+                put(format!("memory.{p}.first"), first)?;
+                put(format!("memory.{p}.second"), second)?;
+            }
+            Memory::Momentum { velocity } => put(format!("memory.{p}.velocity"), velocity)?,
+        }
+    }
+    let best = now.best_validation.unwrap_or(f64::NAN);
+    let numbers = [
+        now.descent.steps as f64,
+        now.best_step as f64,
+        best,
+        now.training,
+    ];
+    let bytes = numbers.iter().flat_map(|v| v.to_le_bytes()).collect();
+    tensors.push(("numbers".into(), vec![4], bytes, Dtype::F64));
+
+    let views = tensors
+        .iter()
+        .map(|(name, shape, bytes, dtype)| {
+            Ok((name.clone(), TensorView::new(*dtype, shape.clone(), bytes)?))
+        })
+        .collect::<std::result::Result<Vec<_>, safetensors::SafeTensorError>>()
+        .map_err(|e| Error::work(format!("checkpoint: {e}")))?;
+    let metadata = HashMap::from([(IDENTITY.to_string(), storage::sha256(identity.as_bytes()))]);
+    let bytes = safetensors::serialize(views, Some(metadata))
+        .map_err(|e| Error::work(format!("checkpoint: {e}")))?;
+    storage::write_file(path, |out| io::Write::write_all(out, &bytes))
+}
+
+/// Takes up a checkpoint of the training named by `identity`.
+///
+/// # Errors
+/// Where the file is damaged, or belongs to a training with another recipe or other data.
+pub fn read(path: &Path, identity: &str, recipe: &Recipe, device: &Device) -> Result<Checkpoint> {
+    let activation = recipe.network.activation;
+    let bytes = storage::read_file(path)?;
+    let damaged = |what: &str| {
+        Error::input(
+            path,
+            what,
+            "is not as a checkpoint has it; train without --resume to start afresh",
+        )
+    };
+    let (_, header) = SafeTensors::read_metadata(&bytes).map_err(|_| damaged("the header"))?;
+    let whose = header
+        .metadata()
+        .as_ref()
+        .and_then(|m| m.get(IDENTITY))
+        .ok_or_else(|| damaged("the header"))?;
+    if *whose != storage::sha256(identity.as_bytes()) {
+        return Err(Error::file(
+            path,
+            "is a checkpoint of another training (other data, recipe or version); train without --resume to start afresh",
+        ));
+    }
+    let file = SafeTensors::deserialize(&bytes).map_err(|_| damaged("the content"))?;
+    let get = |name: String| -> Result<Option<Tensor<3>>> {
+        let Ok(view) = file.tensor(&name) else {
+            return Ok(None);
+        };
+        let shape: [usize; 3] = view.shape().try_into().map_err(|_| damaged(&name))?;
+        if view.dtype() != Dtype::F32 {
+            return Err(damaged(&name));
+        }
+        let numbers = view
+            .data()
+            .chunks_exact(4)
+            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect();
+        Ok(Some(Tensor::from_data(
+            TensorData::new::<f32, _>(numbers, shape),
+            device,
+        )))
+    };
+    let numbers: Vec<f64> = match file.tensor("numbers") {
+        Ok(view) if view.dtype() == Dtype::F64 && view.shape() == [4] => {
+            let double = |b: &[u8]| {
+                b.iter()
+                    .rev()
+                    .fold(0u64, |bits, &byte| bits << 8 | u64::from(byte))
+            };
+            view.data()
+                .chunks_exact(8)
+                .map(|b| f64::from_bits(double(b)))
+                .collect()
+        }
+        _ => return Err(damaged("numbers")),
+    };
+    let layers = |which: &str| -> Result<Nets> {
+        let (mut weight, mut bias) = (Vec::new(), Vec::new());
+        while let Some(found) = get(format!("{which}.{}.weight", weight.len()))? {
+            let name = format!("{which}.{}.bias", weight.len());
+            bias.push(get(name.clone())?.ok_or_else(|| damaged(&name))?);
+            weight.push(found);
+        }
+        if weight.is_empty() {
+            Err(damaged(which))
+        } else {
+            Ok(Nets {
+                weight,
+                bias,
+                activation,
+            })
+        }
+    };
+    let mut descent = Descent::new(&recipe.descent);
+    descent.steps = numbers[0] as usize;
+    loop {
+        let p = descent.memory.len();
+        let of = |what: &str| get(format!("memory.{p}.{what}"));
+        match (of("first")?, of("second")?, of("velocity")?) {
+            (Some(first), Some(second), None) => {
+                descent.memory.push(Memory::Adam { first, second })
+            }
+            (None, None, Some(velocity)) => descent.memory.push(Memory::Momentum { velocity }),
+            (None, None, None) => break,
+            _ => return Err(damaged(&format!("memory.{p}"))),
+        }
+    }
+    Ok(Checkpoint {
+        nets: layers("now")?,
+        descent,
+        best_nets: layers("best")?,
+        best_validation: Some(numbers[2]).filter(|best| !best.is_nan()),
+        best_step: numbers[1] as usize,
+        training: numbers[3],
+    })
+}
