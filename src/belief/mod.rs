@@ -1,7 +1,32 @@
 //! Where the robot may be.
+//!
+//! [`Places`] are where snapshots were taken; a [`Grid`] cuts the places where the robot can be into cells; a [`Belief`]
+//! gives each of them a mass; a [`FeatureMap`] says what the detectors answer there; [`Evidence`] turns one answer into a
+//! likelihood; [`OdometryMotion`] says how the robot moves; [`Bayes`] puts them together (Thrun 1998, Table 1).
 
+pub mod bayes;
+#[allow(clippy::module_inception)] // the room's main noun is its name
+pub mod belief;
+pub mod evidence;
+pub mod grid;
+mod kernel;
+mod lattice;
+pub mod map;
+pub mod motion;
+pub mod neighbours;
 pub mod places;
 pub mod prior;
+mod transport;
 
+#[cfg(test)]
+mod laws;
+
+pub use bayes::Bayes;
+pub use belief::Belief;
+pub use evidence::Evidence;
+pub use grid::{Grid, GridConfig};
+pub use map::{FeatureMap, GridMap, MapConfig};
+pub use motion::OdometryMotion;
+pub use neighbours::{Nearness, Neighbours};
 pub use places::Places;
 pub use prior::Uncertainty;
