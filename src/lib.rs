@@ -11,6 +11,9 @@ pub mod storage;
 // what a robot saw, and the files it comes in
 pub mod recording;
 
+// simulated buildings and robots that yield Recordings
+pub mod world;
+
 // where the robot may be
 pub mod belief;
 

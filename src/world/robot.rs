@@ -1,0 +1,261 @@
+//! A robot that drives a route: not quite along its middle, and not quite sure how far.
+
+use super::Route;
+use crate::{
+    error::{Error, Result},
+    geometry::{Displacement, Pose, wrapped},
+    seed::{Seed, Stream},
+};
+use nalgebra::Vector2;
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// How the robot drives and dead-reckons. Its speed is that of Thrun 1998, 5.1.2; the rest is assumed for a B21 with
+/// synchro drive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RobotConfig {
+    /// Radius of the round robot, metres.
+    pub radius_m: f64,
+    /// Speed, metres a second.
+    pub speed_m_per_s: f64,
+    /// Standard deviation of the deviation to either side, metres.
+    pub lateral_sd_m: f64,
+    /// Deviations bend softly towards this limit, as obstacle avoidance keeps off the walls, metres.
+    pub lateral_limit_m: f64,
+    /// Standard deviation of the heading around the way actually driven, radians, anew at each snapshot.
+    pub heading_sd_rad: f64,
+    /// Runs start up to this far along the route, metres.
+    pub start_scatter_m: f64,
+    /// Odometry: standard deviation, over runs, of the error in scale, metres a metre.
+    pub translation_drift: f64,
+    /// Odometry: standard deviation, over runs, of the steady turn that is not there, radians a metre.
+    pub rotation_drift_rad_per_m: f64,
+    /// Odometry: standard deviation of the random error in distance after a metre; grows with the square root.
+    pub translation_noise_m: f64,
+    /// Odometry: standard deviation of the random error in heading after a metre; grows with the square root.
+    pub rotation_noise_rad: f64,
+}
+
+impl Default for RobotConfig {
+    fn default() -> Self {
+        Self {
+            radius_m: 0.27,
+            speed_m_per_s: 0.15,
+            lateral_sd_m: 0.12,
+            lateral_limit_m: 0.4,
+            heading_sd_rad: 0.03,
+            start_scatter_m: 0.25,
+            translation_drift: 0.01,
+            rotation_drift_rad_per_m: 0.003,
+            translation_noise_m: 0.01,
+            rotation_noise_rad: 0.01,
+        }
+    }
+}
+
+/// Where a snapshot is taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// The true pose.
+    pub pose: Pose,
+    /// Metres along the route.
+    pub route_m: f64,
+    /// Seconds since the run began.
+    pub stamp_s: f64,
+    /// Dead-reckoned pose; the run starts at the origin.
+    pub odometry: Pose,
+}
+
+/// Waves that make up a deviation, and the shortest and longest of them, metres.
+const WAVES: usize = 8;
+const WAVELENGTH_M: std::ops::Range<f64> = 4.0..16.0;
+/// The way driven is measured in steps of this length, metres.
+const STEP_M: f64 = 0.02;
+
+impl RobotConfig {
+    /// Checks every constant.
+    ///
+    /// # Errors
+    /// A usage error that names the first one out of bounds.
+    pub fn check(&self) -> Result<()> {
+        let positive = [
+            ("radius_m", self.radius_m),
+            ("speed_m_per_s", self.speed_m_per_s),
+            ("lateral_limit_m", self.lateral_limit_m),
+        ];
+        let not_negative = [
+            ("lateral_sd_m", self.lateral_sd_m),
+            ("heading_sd_rad", self.heading_sd_rad),
+            ("start_scatter_m", self.start_scatter_m),
+            ("translation_drift", self.translation_drift),
+            ("rotation_drift_rad_per_m", self.rotation_drift_rad_per_m),
+            ("translation_noise_m", self.translation_noise_m),
+            ("rotation_noise_rad", self.rotation_noise_rad),
+        ];
+        let bad = positive
+            .iter()
+            .find(|(_, value)| !(*value > 0.0 && value.is_finite()));
+        if let Some((key, value)) = bad {
+            return Err(Error::usage(format!(
+                "robot: `{key}` is {value}; expected more than 0"
+            )));
+        }
+        let bad = not_negative
+            .iter()
+            .find(|(_, value)| !(*value >= 0.0 && value.is_finite()));
+        if let Some((key, value)) = bad {
+            return Err(Error::usage(format!(
+                "robot: `{key}` is {value}; expected 0 or more"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// Drives run number `run` along the route and stops for a snapshot every `spacing_m` metres of travel.
+///
+/// Randomness comes from streams numbered by the run, and the way driven doesn't depend on the spacing: asking for
+/// more runs, or denser snapshots, changes none of it.
+///
+/// # Errors
+/// A usage error where a constant or the spacing is out of bounds.
+pub fn drive(
+    seed: Seed,
+    run: u64,
+    route: &Route,
+    config: &RobotConfig,
+    spacing_m: f64,
+) -> Result<Vec<Stop>> {
+    config.check()?;
+    if !(spacing_m >= STEP_M && spacing_m.is_finite()) {
+        return Err(Error::usage(format!(
+            "robot: `spacing_m` is {spacing_m}; expected {STEP_M} m or more between snapshots"
+        )));
+    }
+    let mut path = seed.numbered_stream("world/robot/path", run);
+    let mut jitter = seed.numbered_stream("world/robot/heading", run);
+    let mut slip = seed.numbered_stream("world/robot/odometry", run);
+    let wander = Wander::draw(config, &mut path);
+    let mut reckoning = DeadReckoning::draw(config, &mut slip);
+
+    let mut stops: Vec<Stop> = Vec::new();
+    let mut route_m = path.random::<f64>() * config.start_scatter_m;
+    let mut here = wander.pose(route, route_m);
+    let (mut travelled_m, mut due_m) = (0.0, 0.0);
+    while route_m <= route.length_m() {
+        let next = wander.pose(route, route_m + STEP_M);
+        let moved_m = here.distance_m(&next);
+        // The spacing is no shorter than a step, so no step holds two stops but for rounding, which `while` takes too.
+        while travelled_m + moved_m > due_m {
+            let stop_m = route_m + STEP_M * (due_m - travelled_m) / moved_m;
+            if stop_m > route.length_m() {
+                break;
+            }
+            let mut pose = wander.pose(route, stop_m);
+            pose.heading_rad =
+                wrapped(pose.heading_rad + config.heading_sd_rad * normal(&mut jitter));
+            let odometry = reckoning.reach(&pose, stops.last(), config, &mut slip);
+            stops.push(Stop {
+                pose,
+                route_m: stop_m,
+                stamp_s: due_m / config.speed_m_per_s,
+                odometry,
+            });
+            due_m = stops.len() as f64 * spacing_m;
+        }
+        travelled_m += moved_m;
+        route_m += STEP_M;
+        here = next;
+    }
+    Ok(stops)
+}
+
+/// A smooth deviation from the route: a Gaussian sum of waves, so that side and heading belong together.
+struct Wander {
+    /// Amplitudes of sine and cosine, and radians a metre.
+    waves: [(f64, f64, f64); WAVES],
+    limit_m: f64,
+}
+
+impl Wander {
+    fn draw(config: &RobotConfig, random: &mut Stream) -> Self {
+        let amplitude_m = config.lateral_sd_m / (WAVES as f64).sqrt();
+        let waves = std::array::from_fn(|_| {
+            let per_m = TAU / random.random_range(WAVELENGTH_M);
+            (
+                amplitude_m * normal(random),
+                amplitude_m * normal(random),
+                per_m,
+            )
+        });
+        Self {
+            waves,
+            limit_m: config.lateral_limit_m,
+        }
+    }
+
+    /// The pose driven at a coordinate of the route.
+    fn pose(&self, route: &Route, route_m: f64) -> Pose {
+        let (mut free_m, mut free_slope) = (0.0, 0.0);
+        for (sine_m, cosine_m, per_m) in self.waves {
+            let (sin, cos) = (per_m * route_m).sin_cos();
+            free_m += sine_m * sin + cosine_m * cos;
+            free_slope += per_m * (sine_m * cos - cosine_m * sin);
+        }
+        let bent = (free_m / self.limit_m).tanh();
+        let (left_m, slope) = (self.limit_m * bent, free_slope * (1.0 - bent * bent));
+        let (middle, heading_rad, curvature_per_m) = route.at(route_m);
+        let place = middle + Vector2::new(-heading_rad.sin(), heading_rad.cos()) * left_m;
+        // d/ds (r + l n) = (1 − κ l) t + l' n
+        let aside_rad = slope.atan2(1.0 - curvature_per_m * left_m);
+        Pose::new(place.x, place.y, wrapped(heading_rad + aside_rad))
+    }
+}
+
+/// Wheels that count a little too much or too little, the same way all through a run, and noise on top.
+struct DeadReckoning {
+    scale: f64,
+    turn_rad_per_m: f64,
+}
+
+impl DeadReckoning {
+    fn draw(config: &RobotConfig, random: &mut Stream) -> Self {
+        Self {
+            scale: 1.0 + config.translation_drift * normal(random),
+            turn_rad_per_m: config.rotation_drift_rad_per_m * normal(random),
+        }
+    }
+
+    /// The dead-reckoned pose at the next stop.
+    fn reach(
+        &mut self,
+        pose: &Pose,
+        before: Option<&Stop>,
+        config: &RobotConfig,
+        random: &mut Stream,
+    ) -> Pose {
+        let Some(before) = before else {
+            return Pose::default();
+        };
+        let step = before.pose.displacement_to(pose);
+        let moved_m = step.distance_m();
+        let root = moved_m.sqrt();
+        let stretch = self.scale
+            + config.translation_noise_m * normal(random) * root / moved_m.max(f64::MIN_POSITIVE);
+        let turn_rad = step.turn_rad
+            + self.turn_rad_per_m * moved_m
+            + config.rotation_noise_rad * normal(random) * root;
+        before.odometry.after(Displacement {
+            forward_m: step.forward_m * stretch,
+            left_m: step.left_m * stretch,
+            turn_rad,
+        })
+    }
+}
+
+fn normal(random: &mut Stream) -> f64 {
+    random.sample(StandardNormal)
+}
