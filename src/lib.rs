@@ -26,6 +26,12 @@ pub mod learning;
 // a trained model as a file
 pub mod model;
 
+// run → responses, with memory
+pub mod localiser;
+
+// the loop that knows everyone
+pub mod experiment;
+
 // arguments in, exit status out
 pub mod cli;
 

@@ -2,6 +2,7 @@
 
 use super::places::Places;
 use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
 /// Heading window of a plain `2m` in the plane, in radians.
@@ -20,7 +21,8 @@ pub const DEFAULT_HALF_TURN_RAD: f64 = 0.5;
 /// assert!("0m".parse::<Uncertainty>().unwrap_err().is_usage());
 /// # Ok::<(), ballmark::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum Uncertainty {
     /// Every place and every heading.
     Global,
@@ -89,6 +91,20 @@ impl FromStr for Uncertainty {
             half_width_m,
             half_turn_rad,
         })
+    }
+}
+
+impl TryFrom<String> for Uncertainty {
+    type Error = Error;
+
+    fn try_from(text: String) -> Result<Self> {
+        text.parse()
+    }
+}
+
+impl From<Uncertainty> for String {
+    fn from(uncertainty: Uncertainty) -> Self {
+        uncertainty.to_string()
     }
 }
 

@@ -143,6 +143,19 @@ impl Input {
         Ok(input)
     }
 
+    /// The same inputs with one deviation for all of a channel, so that distances between inputs are those between the
+    /// pooled readings, in proportion.
+    pub fn with_common_scale(mut self) -> Self {
+        let mut from = 0;
+        for channel in &self.channels {
+            let own = &mut self.deviation[from..from + channel.inputs()];
+            let mean_square = own.iter().map(|d| d * d).sum::<f32>() / own.len().max(1) as f32;
+            own.fill(mean_square.sqrt());
+            from += channel.inputs();
+        }
+        self
+    }
+
     /// Number of inputs that the networks get.
     pub fn width(&self) -> usize {
         self.mean.len()

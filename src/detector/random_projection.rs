@@ -19,7 +19,9 @@ impl RandomProjection {
     /// Planes of normally distributed direction, from the seed's stream "random planes".
     pub fn new(input: Input, features: usize, seed: Seed) -> Self {
         let mut random = seed.stream("random planes");
-        let planes = Array2::from_shape_simple_fn((input.width(), features), || StandardNormal.sample(&mut random));
+        let planes = Array2::from_shape_simple_fn((input.width(), features), || {
+            StandardNormal.sample(&mut random)
+        });
         Self { input, planes }
     }
 }

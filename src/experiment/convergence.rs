@@ -42,12 +42,16 @@ pub struct Row {
 pub fn converged_at_m(trial: &Trial, answers: &Answers) -> Option<f64> {
     let travelled = &trial.travelled_m;
     let end = *travelled.last()?;
-    let good = |i: usize| answers.expected_error_m[i] < SURE_WITHIN_M && answers.point_error_m[i] <= SURE_WITHIN_M;
+    let good = |i: usize| {
+        answers.expected_error_m[i] < SURE_WITHIN_M && answers.point_error_m[i] <= SURE_WITHIN_M
+    };
     (0..travelled.len())
         .find(|&i| {
             let until = travelled[i] + FOR_M;
             (until <= end || end - travelled[i] >= TO_THE_END_M)
-                && (i..travelled.len()).take_while(|&j| travelled[j] <= until).all(good)
+                && (i..travelled.len())
+                    .take_while(|&j| travelled[j] <= until)
+                    .all(good)
         })
         .map(|i| travelled[i])
 }
@@ -55,7 +59,10 @@ pub fn converged_at_m(trial: &Trial, answers: &Answers) -> Option<f64> {
 /// Median of the distances over all trials, those that never converge counting as farther than any; `None` where fewer
 /// than half converge.
 pub fn median_distance_m(converged: &[Option<f64>]) -> Option<f64> {
-    let mut sorted: Vec<f64> = converged.iter().map(|d| d.unwrap_or(f64::INFINITY)).collect();
+    let mut sorted: Vec<f64> = converged
+        .iter()
+        .map(|d| d.unwrap_or(f64::INFINITY))
+        .collect();
     sorted.sort_by(f64::total_cmp);
     let (n, middle) = (sorted.len(), sorted.len() / 2);
     let median = match n {
@@ -67,8 +74,18 @@ pub fn median_distance_m(converged: &[Option<f64>]) -> Option<f64> {
 }
 
 /// Mean errors against distance, a row every `spacing_m`; a trial counts up to its end, with its latest answer.
-pub fn error_curve(trials: &[Trial], answers: &[Answers], spacing_m: f64, resamples: usize, seed: Seed) -> Vec<Row> {
-    let longest = trials.iter().filter_map(|t| t.travelled_m.last()).copied().fold(0.0, f64::max);
+pub fn error_curve(
+    trials: &[Trial],
+    answers: &[Answers],
+    spacing_m: f64,
+    resamples: usize,
+    seed: Seed,
+) -> Vec<Row> {
+    let longest = trials
+        .iter()
+        .filter_map(|t| t.travelled_m.last())
+        .copied()
+        .fold(0.0, f64::max);
     let mut random = seed.stream("bootstrap over stretches");
     let mut rows = Vec::new();
     for step in 0..=(longest / spacing_m + 1e-9) as usize {
@@ -76,9 +93,16 @@ pub fn error_curve(trials: &[Trial], answers: &[Answers], spacing_m: f64, resamp
         // Errors of the trials that go this far, by stretch.
         let mut stretches: BTreeMap<usize, (f64, f64, usize)> = BTreeMap::new();
         for (trial, answers) in trials.iter().zip(answers) {
-            let reached = trial.travelled_m.last().is_some_and(|end| *end >= distance_m - 0.5 * spacing_m);
+            let reached = trial
+                .travelled_m
+                .last()
+                .is_some_and(|end| *end >= distance_m - 0.5 * spacing_m);
             if reached {
-                let latest = trial.travelled_m.partition_point(|d| *d <= distance_m + 1e-9).max(1) - 1;
+                let latest = trial
+                    .travelled_m
+                    .partition_point(|d| *d <= distance_m + 1e-9)
+                    .max(1)
+                    - 1;
                 let sums = stretches.entry(trial.stretch).or_default();
                 sums.0 += answers.expected_error_m[latest];
                 sums.1 += answers.point_error_m[latest];
@@ -98,13 +122,20 @@ pub fn error_curve(trials: &[Trial], answers: &[Answers], spacing_m: f64, resamp
             })
             .collect();
         means.sort_by(f64::total_cmp);
-        let quantile = |q: f64| means.get(((means.len() as f64 - 1.0) * q).round() as usize).copied();
+        let quantile = |q: f64| {
+            means
+                .get(((means.len() as f64 - 1.0) * q).round() as usize)
+                .copied()
+        };
         let mean = sums.iter().map(|s| s.0).sum::<f64>() / count as f64;
         rows.push(Row {
             distance_m,
             expected_error_m: mean,
             point_error_m: sums.iter().map(|s| s.1).sum::<f64>() / count as f64,
-            ci95_m: [quantile(0.025).unwrap_or(mean), quantile(0.975).unwrap_or(mean)],
+            ci95_m: [
+                quantile(0.025).unwrap_or(mean),
+                quantile(0.975).unwrap_or(mean),
+            ],
             trials: count,
         });
     }
@@ -113,7 +144,10 @@ pub fn error_curve(trials: &[Trial], answers: &[Answers], spacing_m: f64, resamp
 
 /// First distance at which the mean curve is under 1 m; `None` where it never is.
 pub fn mean_below_1m_at_m(curve: &[Row]) -> Option<f64> {
-    curve.iter().find(|row| row.expected_error_m < SURE_WITHIN_M).map(|row| row.distance_m)
+    curve
+        .iter()
+        .find(|row| row.expected_error_m < SURE_WITHIN_M)
+        .map(|row| row.distance_m)
 }
 
 #[cfg(test)]
@@ -121,11 +155,18 @@ mod tests {
     use super::*;
 
     fn trial(stretch: usize, steps: usize) -> Trial {
-        Trial { stretch, snapshots: (0..steps).collect(), travelled_m: (0..steps).map(|i| i as f64 * 0.5).collect() }
+        Trial {
+            stretch,
+            snapshots: (0..steps).collect(),
+            travelled_m: (0..steps).map(|i| i as f64 * 0.5).collect(),
+        }
     }
 
     fn answers(expected: &[f64]) -> Answers {
-        Answers { expected_error_m: expected.to_vec(), point_error_m: vec![0.3; expected.len()] }
+        Answers {
+            expected_error_m: expected.to_vec(),
+            point_error_m: vec![0.3; expected.len()],
+        }
     }
 
     #[test]
@@ -143,7 +184,10 @@ mod tests {
     fn a_trial_may_end_early_but_not_at_once() {
         let mut expected = vec![9.0; 6];
         expected.extend([0.5; 5]); // sure from 3 m to the end at 5 m
-        assert_eq!(converged_at_m(&trial(0, 11), &answers(&expected)), Some(3.0));
+        assert_eq!(
+            converged_at_m(&trial(0, 11), &answers(&expected)),
+            Some(3.0)
+        );
         let mut late = vec![9.0; 7];
         late.extend([0.5; 4]); // from 3.5 m: only 1.5 m left
         assert_eq!(converged_at_m(&trial(0, 11), &answers(&late)), None);
@@ -161,7 +205,13 @@ mod tests {
     #[test]
     fn the_curve_is_the_mean_of_the_trials_that_go_so_far() {
         let trials = [trial(0, 3), trial(1, 2)];
-        let curve = error_curve(&trials, &[answers(&[4.0, 2.0, 1.0]), answers(&[8.0, 4.0])], 0.5, 200, Seed(1));
+        let curve = error_curve(
+            &trials,
+            &[answers(&[4.0, 2.0, 1.0]), answers(&[8.0, 4.0])],
+            0.5,
+            200,
+            Seed(1),
+        );
         let means: Vec<f64> = curve.iter().map(|row| row.expected_error_m).collect();
         assert_eq!(means, [6.0, 3.0, 1.0]);
         assert_eq!(curve[0].ci95_m, [4.0, 8.0]); // two stretches: the bootstrap sees one alone often enough

@@ -56,19 +56,28 @@ pub fn draw(
         .filter(|&(s, k)| travelled[stretches[s].end - 1] - travelled[k] >= shortest_m)
         .collect();
     if starts.is_empty() {
-        let longest = stretches.iter().map(|s| travelled[s.end - 1] - travelled[s.start]).fold(0.0, f64::max);
+        let longest = stretches
+            .iter()
+            .map(|s| travelled[s.end - 1] - travelled[s.start])
+            .fold(0.0, f64::max);
         return Err(Error::work(format!(
             "no unseen stretch is {shortest_m} m long (the longest: {longest:.1} m); expected longer stretches or runs \
              (split.stretch_m) or shorter trials (localise.shortest_m)"
         )));
     }
     let mut random = seed.stream("trial starts");
-    let mut drawn: Vec<(usize, usize)> = (0..count).map(|_| starts[random.random_range(0..starts.len())]).collect();
+    let mut drawn: Vec<(usize, usize)> = (0..count)
+        .map(|_| starts[random.random_range(0..starts.len())])
+        .collect();
     drawn.sort_unstable();
     Ok(drawn
         .into_iter()
         .map(|(stretch, start)| {
-            let mut trial = Trial { stretch, snapshots: vec![start], travelled_m: vec![0.0] };
+            let mut trial = Trial {
+                stretch,
+                snapshots: vec![start],
+                travelled_m: vec![0.0],
+            };
             for k in start + 1..stretches[stretch].end {
                 let distance = travelled[k] - travelled[start];
                 let last = trial.travelled_m[trial.travelled_m.len() - 1];

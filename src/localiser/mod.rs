@@ -18,7 +18,12 @@ pub trait SensorModel: Sync {
     ///
     /// # Errors
     /// Where the belief is not about the cells that the model was prepared for.
-    fn log_likelihood(&self, snapshot: usize, belief: &Belief, stream: &mut Stream) -> Result<Vec<f64>>;
+    fn log_likelihood(
+        &self,
+        snapshot: usize,
+        belief: &Belief,
+        stream: &mut Stream,
+    ) -> Result<Vec<f64>>;
 }
 
 /// The Bayes filter with a sensor model: Thrun (1998), Table 1, driven by the odometry of a run.
@@ -41,7 +46,12 @@ impl<'a> BayesLocaliser<'a> {
         sensor: Option<&'a dyn SensorModel>,
         stream: Stream,
     ) -> Result<Self> {
-        Ok(Self { filter: Bayes::new(grid, motion.clone(), start)?, sensor, stream, last: None })
+        Ok(Self {
+            filter: Bayes::new(grid, motion.clone(), start)?,
+            sensor,
+            stream,
+            last: None,
+        })
     }
 
     /// Takes in the next observation of the run, which is snapshot number `snapshot` to the sensor model: what odometry
@@ -51,10 +61,12 @@ impl<'a> BayesLocaliser<'a> {
     /// Where the likelihood is 0 wherever the belief has mass.
     pub fn observe(&mut self, snapshot: usize, observation: &Observation) -> Result<&Belief> {
         if let Some(last) = self.last.replace(observation.odometry) {
-            self.filter.predict(&last.displacement_to(&observation.odometry))?;
+            self.filter
+                .predict(&last.displacement_to(&observation.odometry))?;
         }
         if let Some(sensor) = self.sensor {
-            let likelihood = sensor.log_likelihood(snapshot, self.filter.belief(), &mut self.stream)?;
+            let likelihood =
+                sensor.log_likelihood(snapshot, self.filter.belief(), &mut self.stream)?;
             self.filter.correct(&likelihood)?;
         }
         Ok(self.filter.belief())

@@ -1,6 +1,5 @@
 //! What a robot saw: snapshots of its sensors, each with the place it was taken at, in one or several runs.
 
-pub mod split;
 
 use crate::{
     error::{Error, Result},

@@ -1,0 +1,288 @@
+//! Who takes part: the learned filters, and what a user would have without learning.
+
+use super::held_out;
+use crate::{
+    belief::{Evidence, FeatureMap, Grid, MapConfig, Neighbours, Places, Uncertainty},
+    detector::{
+        Detector,
+        input::{Input, InputConfig, SectorValue},
+        random_projection::RandomProjection,
+    },
+    error::{Error, Result},
+    learning::{lesson::covered, trainer::Score},
+    localiser::{SensorModel, features::FeatureModel, kernel::KernelModel},
+    model::Model,
+    recording::Recording,
+    seed::Seed,
+};
+use ndarray::{Array2, Axis};
+use std::borrow::Cow;
+
+/// Bits of the wide random code: 8 bytes a place.
+const WIDE_BITS: usize = 64;
+
+/// Which snapshots a model learned from, and which it never saw.
+pub struct Parts<'a> {
+    /// The recording to localise in.
+    pub run: &'a Recording,
+    /// Its places.
+    pub places: Places,
+    /// Its snapshots that the model never saw.
+    pub unseen: Vec<usize>,
+    /// Are these the validation part, which stopped the training?
+    pub unseen_is_validation: bool,
+    /// What the model learned from, where it is at hand: without it there are no baselines.
+    pub school: Option<School<'a>>,
+}
+
+/// The recording that a model learned from.
+pub struct School<'a> {
+    /// The whole recording.
+    pub recording: Cow<'a, Recording>,
+    /// Snapshots that the weights descended on.
+    pub training: Vec<usize>,
+    /// Snapshots that stopped them.
+    pub validation: Vec<usize>,
+}
+
+impl<'a> Parts<'a> {
+    /// Finds out which part of `run` the model has not seen. `trained_on` is the dataset it learned from, where that is
+    /// another one.
+    ///
+    /// # Errors
+    /// Where `trained_on` is not the dataset that the model names, or one lies along a route and the other doesn't.
+    pub fn new(model: &Model, run: &'a Recording, trained_on: Option<Recording>) -> Result<Self> {
+        let known = model.header.dataset_sha256.as_deref();
+        let is_school =
+            |r: &Recording| known.is_some() && r.columns().dataset_sha256.as_deref() == known;
+        let school = match trained_on {
+            Some(recording) if is_school(&recording) => Some(Cow::Owned(recording)),
+            Some(_) => {
+                return Err(Error::work(format!(
+                    "--trained-on names another dataset than the model learned from (sha256 {})",
+                    known.unwrap_or("unknown")
+                )));
+            }
+            None if is_school(run) => Some(Cow::Borrowed(run)),
+            None => None,
+        };
+        let school = school
+            .map(|recording| {
+                let split = model.header.recipe.split.split(&recording)?;
+                let test = split.test.clone();
+                Ok::<_, Error>((
+                    School {
+                        recording,
+                        training: split.train,
+                        validation: split.validation,
+                    },
+                    test,
+                ))
+            })
+            .transpose()?;
+        let places = Places::of(run);
+        if std::mem::discriminant(&places) != std::mem::discriminant(&model.places()) {
+            return Err(Error::work(
+                "the model's places and the dataset's differ: one lies along a route (array `route`), the other in the plane",
+            ));
+        }
+        let (unseen, unseen_is_validation) = match &school {
+            Some((school, test)) if is_school(run) && test.is_empty() => {
+                (school.validation.clone(), true)
+            }
+            Some((_, test)) if is_school(run) => (test.clone(), false),
+            _ => ((0..run.len()).collect(), false),
+        };
+        if unseen.is_empty() {
+            return Err(Error::work(
+                "the model saw every snapshot of this dataset; expected another recording, or a model trained with --test-fold",
+            ));
+        }
+        Ok(Self {
+            run,
+            places,
+            unseen,
+            unseen_is_validation,
+            school: school.map(|(school, _)| school),
+        })
+    }
+
+    /// Unseen snapshots at places that training saw.
+    pub fn covered(&self, model: &Model) -> Vec<usize> {
+        covered(&self.places, &self.unseen, &model.places())
+    }
+}
+
+/// Someone who can be asked where the robot is.
+pub struct Contender {
+    /// Key in results.
+    pub name: &'static str,
+    /// In words, for tables.
+    pub title: String,
+    /// Error reduction of one snapshot on the unseen part, under the priors asked for.
+    pub held_out: Vec<Score>,
+    /// Likelihood of every cell; `None`: odometry alone.
+    pub sensor: Option<Box<dyn SensorModel>>,
+}
+
+/// Everything that does not depend on the contender.
+pub struct Arena<'a> {
+    /// The model that was learned.
+    pub model: &'a Model,
+    /// What it saw and didn't.
+    pub parts: &'a Parts<'a>,
+    /// Cells of the belief.
+    pub grid: &'a Grid,
+    /// How answers become likelihoods.
+    pub evidence: Evidence,
+    /// Priors for the single-snapshot figures.
+    pub priors: &'a [Uncertainty],
+    /// Of the random planes.
+    pub seed: Seed,
+}
+
+/// The learned filters first, then the baselines, then odometry alone.
+///
+/// # Errors
+/// Where the run lacks the sensors that the model works from.
+pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
+    let Arena {
+        model,
+        parts,
+        grid,
+        evidence,
+        ..
+    } = arena;
+    let places = model.places();
+    let config = &model.header.recipe.map;
+    let cells = Neighbours::find(&places, grid.places(), &config.nearness)?;
+    let mut all = vec![{
+        let answers = model.detector().probabilities(parts.run)?;
+        let held_out = arena.judge(&answers, &model.map()?, false)?;
+        let sensor = FeatureModel::new(&answers, model.map()?.from_neighbours(&cells)?, *evidence);
+        Contender {
+            name: "learned",
+            title: format!("{} learned features", model.features()),
+            held_out,
+            sensor: Some(Box::new(sensor)),
+        }
+    }];
+    if let Some(school) = &parts.school {
+        all.push(arena.kernel(school, &places, cells.clone())?);
+        let narrow = (model.features(), *evidence, "random_bits");
+        for (bits, evidence, name) in [narrow, (WIDE_BITS, Evidence::MeanField, "random_bits_64")] {
+            all.push(arena.random_bits(school, &cells, config, (bits, evidence, name))?);
+        }
+    }
+    all.push(Contender {
+        name: "odometry_only",
+        title: "odometry alone".into(),
+        held_out: Vec::new(),
+        sensor: None,
+    });
+    Ok(all)
+}
+
+impl Arena<'_> {
+    fn kernel(&self, school: &School, places: &Places, cells: Neighbours) -> Result<Contender> {
+        // Raw scans, nearest reading of each sector; one common scale a channel keeps distances in proportion.
+        let config = InputConfig {
+            sector_values: vec![SectorValue::Nearest],
+            ..self.model.header.recipe.input.clone()
+        };
+        let input = Input::fit(&config, &school.recording, &school.training)?.with_common_scale();
+        let of_school = input.of(&school.recording)?;
+        let training = of_school.select(Axis(0), &school.training);
+        let run = input.of(self.parts.run)?;
+        let school_places = Places::of(&school.recording);
+        let validation = covered(&school_places, &school.validation, places);
+        let tuned = |prior: Uncertainty| {
+            let truths = held_out::counted(prior, &school_places, &validation, places);
+            let seen = of_school.select(Axis(0), &truths);
+            held_out::tuned_bandwidth(
+                prior,
+                (&school_places.select(&truths), seen.view()),
+                (places, training.view()),
+            )
+        };
+        let held_out = self.on_counted(|prior, truths| {
+            let seen = run.select(Axis(0), truths);
+            let truths = self.parts.places.select(truths);
+            Ok(held_out::by_kernel(
+                prior,
+                (&truths, seen.view()),
+                (places, training.view()),
+                tuned(prior),
+            ))
+        })?;
+        let bandwidth = tuned(Uncertainty::Global);
+        let chance = self.model.header.recipe.map.unmodelled_probability;
+        let sensor = KernelModel::new(run.view(), training.view(), cells, bandwidth, chance);
+        Ok(Contender {
+            name: "kernel",
+            title: format!("raw-scan kernel (h = {bandwidth})"),
+            held_out,
+            sensor: Some(Box::new(sensor)),
+        })
+    }
+
+    fn random_bits(
+        &self,
+        school: &School,
+        cells: &Neighbours,
+        map: &MapConfig,
+        (bits, evidence, name): (usize, Evidence, &'static str),
+    ) -> Result<Contender> {
+        let input = Input::fit(
+            &self.model.header.recipe.input,
+            &school.recording,
+            &school.training,
+        )?;
+        let detector = RandomProjection::new(input, bits, self.seed);
+        let of_school = detector
+            .probabilities(&school.recording)?
+            .select(Axis(0), &school.training);
+        let map = FeatureMap::new(self.model.places(), of_school.mapv(f64::from), map.clone())?;
+        let answers = detector.probabilities(self.parts.run)?;
+        let held_out = self.judge(&answers, &map, evidence == Evidence::MeanField)?;
+        let sensor = FeatureModel::new(&answers, map.from_neighbours(cells)?, evidence);
+        Ok(Contender {
+            name,
+            title: format!("{bits} random bits"),
+            held_out,
+            sensor: Some(Box::new(sensor)),
+        })
+    }
+
+    /// Single-snapshot error reductions of features under every prior asked for.
+    fn judge(&self, answers: &Array2<f32>, map: &FeatureMap, wide: bool) -> Result<Vec<Score>> {
+        let candidates = self.model.places();
+        let at_candidates = map.at(&candidates)?;
+        self.on_counted(|prior, truths| {
+            let seen = answers.select(Axis(0), truths).mapv(f64::from);
+            let truths = self.parts.places.select(truths);
+            if wide {
+                Ok(held_out::by_bits(
+                    prior,
+                    (&truths, seen.view()),
+                    (&candidates, &at_candidates),
+                ))
+            } else {
+                held_out::by_features(prior, (&truths, seen.view()), (&candidates, &at_candidates))
+            }
+        })
+    }
+
+    fn on_counted(
+        &self,
+        score: impl Fn(Uncertainty, &[usize]) -> Result<Score>,
+    ) -> Result<Vec<Score>> {
+        let covered = self.parts.covered(self.model);
+        let candidates = self.model.places();
+        let counted = |prior| held_out::counted(prior, &self.parts.places, &covered, &candidates);
+        self.priors
+            .iter()
+            .map(|&prior| score(prior, &counted(prior)))
+            .collect()
+    }
+}

@@ -1,0 +1,279 @@
+//! Global localisation and position tracking on unseen runs: everybody plays the same trials.
+
+use super::{
+    contenders::{Arena, Contender, Parts, contenders},
+    convergence::{
+        Answers, Row, converged_at_m, error_curve, mean_below_1m_at_m, median_distance_m,
+    },
+    trials::{self, Trial},
+};
+use crate::{
+    belief::{Belief, Evidence, Grid, GridConfig, OdometryMotion, Uncertainty},
+    error::{Error, Result},
+    learning::trainer::Score,
+    localiser::BayesLocaliser,
+    model::Model,
+    seed::Seed,
+};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// How trials are played.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LocaliseConfig {
+    /// The one seed of the run: starts, random planes, sampled features, bootstrap.
+    pub seed: u64,
+    /// Number of trials, their starts drawn evenly over the unseen stretches.
+    pub trials: usize,
+    /// Metres between two snapshots (Thrun 1998, 5.2.4).
+    pub spacing_m: f64,
+    /// A start leaves at least this much of its stretch.
+    pub shortest_m: f64,
+    /// A trial ends after this much.
+    pub longest_m: f64,
+    /// How answers become likelihoods.
+    pub evidence: Evidence,
+    /// Cells of the belief.
+    pub grid: GridConfig,
+    /// What the filter believes of odometry.
+    pub motion: OdometryMotion,
+    /// Position tracking starts with this standard deviation around the truth …
+    pub start_spread_m: f64,
+    /// … and this one in heading.
+    pub start_spread_rad: f64,
+    /// Resamples of the bootstrap.
+    pub resamples: usize,
+}
+
+impl Default for LocaliseConfig {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            trials: 60,
+            spacing_m: 0.5,
+            shortest_m: 7.0,
+            longest_m: 30.0,
+            evidence: Evidence::Jeffrey,
+            grid: GridConfig::default(),
+            motion: OdometryMotion::default(),
+            start_spread_m: 0.3,
+            start_spread_rad: 0.1,
+            resamples: 1000,
+        }
+    }
+}
+
+impl LocaliseConfig {
+    /// # Errors
+    /// Where a value makes no sense; the message names the key.
+    pub fn check(&self) -> Result<()> {
+        let wrong = |key: &str, expected: &str| {
+            Err(Error::usage(format!("localise.{key}: expected {expected}")))
+        };
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        if self.trials == 0 || self.resamples == 0 {
+            return wrong("trials, localise.resamples", "at least 1 of each");
+        }
+        if !positive(self.spacing_m) {
+            return wrong("spacing_m", "a positive number of metres");
+        }
+        if !positive(self.shortest_m)
+            || !positive(self.longest_m)
+            || self.shortest_m > self.longest_m
+        {
+            return wrong(
+                "shortest_m, localise.longest_m",
+                "positive numbers of metres, the first not above the second",
+            );
+        }
+        if !positive(self.start_spread_m) || !positive(self.start_spread_rad) {
+            return wrong(
+                "start_spread_m, localise.start_spread_rad",
+                "positive numbers",
+            );
+        }
+        Ok(())
+    }
+}
+
+/// How one contender did in one kind of trial.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Course {
+    /// Share of the trials that converged.
+    pub converged_fraction: f64,
+    /// Median distance to converge over all trials; null where fewer than half did.
+    pub distance_to_converge_m: Option<f64>,
+    /// Distance at which the mean curve passes 1 m.
+    pub mean_error_below_1m_at_m: Option<f64>,
+    /// The mean curve.
+    pub error_by_distance: Vec<Row>,
+}
+
+/// Everything about one contender.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Standing {
+    /// Key in results.
+    #[serde(skip)]
+    pub name: &'static str,
+    /// In words.
+    pub title: String,
+    /// Trials that start anywhere.
+    #[serde(flatten)]
+    pub global: Course,
+    /// Trials that start at a known place.
+    pub tracking: Course,
+    /// One snapshot's error reduction on the unseen part, one a prior.
+    pub held_out: Vec<HeldOut>,
+}
+
+/// One snapshot's error reduction under a prior.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HeldOut {
+    /// The prior uncertainty.
+    pub prior: Uncertainty,
+    /// Expected errors before and after.
+    #[serde(flatten)]
+    pub score: Score,
+}
+
+/// What came of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// Number of trials.
+    pub trials: usize,
+    /// Cells of the belief.
+    pub cells: usize,
+    /// Unseen snapshots, and those of them at places that training saw.
+    pub unseen: usize,
+    /// See `unseen`.
+    pub covered: usize,
+    /// Is the unseen part the one that stopped the training?
+    pub unseen_is_validation: bool,
+    /// The learned filters first.
+    pub standings: Vec<Standing>,
+}
+
+/// Plays all trials with all contenders. `progress` is told each time a contender has played.
+///
+/// # Errors
+/// Where the unseen part allows no trial, or the run lacks the model's sensors.
+pub fn localise(
+    model: &Model,
+    parts: &Parts,
+    config: &LocaliseConfig,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Record> {
+    config.check()?;
+    let seed = Seed(config.seed);
+    let trials = trials::draw(
+        parts.run,
+        &parts.unseen,
+        config.trials,
+        config.spacing_m,
+        config.shortest_m,
+        config.longest_m,
+        seed,
+    )?;
+    let grid = Arc::new(Grid::over(&model.places(), &config.grid)?);
+    let mut priors = vec![
+        Uncertainty::Window {
+            half_width_m: 2.0,
+            half_turn_rad: Some(0.5),
+        },
+        Uncertainty::Global,
+    ];
+    if !priors.contains(&model.header.prior) {
+        priors.push(model.header.prior);
+    }
+    let arena = Arena {
+        model,
+        parts,
+        grid: &grid,
+        evidence: config.evidence,
+        priors: &priors,
+        seed,
+    };
+    let mut standings = Vec::new();
+    for contender in contenders(&arena)? {
+        progress(&contender.title);
+        let play =
+            |known_start: bool| course(&contender, &trials, parts, &grid, config, known_start);
+        let (global, tracking) = (play(false)?, play(true)?);
+        let scores = priors.iter().zip(contender.held_out);
+        standings.push(Standing {
+            name: contender.name,
+            title: contender.title,
+            global,
+            tracking,
+            held_out: scores
+                .map(|(&prior, score)| HeldOut { prior, score })
+                .collect(),
+        });
+    }
+    Ok(Record {
+        trials: trials.len(),
+        cells: grid.len(),
+        unseen: parts.unseen.len(),
+        covered: parts.covered(model).len(),
+        unseen_is_validation: parts.unseen_is_validation,
+        standings,
+    })
+}
+
+fn course(
+    contender: &Contender,
+    trials: &[Trial],
+    parts: &Parts,
+    grid: &Arc<Grid>,
+    config: &LocaliseConfig,
+    known_start: bool,
+) -> Result<Course> {
+    let answers = trials
+        .par_iter()
+        .enumerate()
+        .map(|(t, trial)| {
+            let start = if known_start {
+                let (at, spread_m, spread_rad) = (
+                    trial.snapshots[0],
+                    config.start_spread_m,
+                    config.start_spread_rad,
+                );
+                Belief::around(grid.places(), &parts.places, at, spread_m, spread_rad)?
+            } else {
+                Belief::uniform(grid.places())?
+            };
+            let stream = Seed(config.seed).numbered_stream("sampled features", t as u64);
+            let sensor = contender.sensor.as_deref();
+            let mut robot = BayesLocaliser::new(grid, &config.motion, start, sensor, stream)?;
+            let mut answers = Answers {
+                expected_error_m: Vec::new(),
+                point_error_m: Vec::new(),
+            };
+            for &k in &trial.snapshots {
+                let belief = robot.observe(k, &parts.run.observation(k))?;
+                answers
+                    .expected_error_m
+                    .push(belief.expected_error_m(&parts.places, k));
+                answers
+                    .point_error_m
+                    .push(belief.point_error_m(&parts.places, k));
+            }
+            Ok(answers)
+        })
+        .collect::<Result<Vec<Answers>>>()?;
+    let converged: Vec<Option<f64>> = trials
+        .iter()
+        .zip(&answers)
+        .map(|(t, a)| converged_at_m(t, a))
+        .collect();
+    let seed = Seed(config.seed);
+    let error_by_distance = error_curve(trials, &answers, config.spacing_m, config.resamples, seed);
+    Ok(Course {
+        converged_fraction: converged.iter().flatten().count() as f64 / trials.len() as f64,
+        distance_to_converge_m: median_distance_m(&converged),
+        mean_error_below_1m_at_m: mean_below_1m_at_m(&error_by_distance),
+        error_by_distance,
+    })
+}
