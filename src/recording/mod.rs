@@ -1,5 +1,13 @@
 //! What a robot saw: snapshots of its sensors, each with the place it was taken at, in one or several runs.
 
+pub mod account;
+pub mod carmen;
+pub mod compressed;
+pub mod csv;
+pub mod log;
+pub mod npz;
+pub mod ranges;
+pub mod split;
 
 use crate::{
     error::{Error, Result},

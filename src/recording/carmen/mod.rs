@@ -1,0 +1,373 @@
+//! CARMEN text logs, and the pose-graph files that borrow their laser lines.
+//!
+//! One snapshot comes from each line of the log's leading message: the first of `FLASER`, `ROBOTLASER1`, `RAWLASER1`, `RLASER`,
+//! `SONAR` that the log has. The first three fill the channel `laser`, `RLASER` is `rear_laser`, `SONAR` is `sonar`. To a
+//! snapshot belong the latest readings of each further channel, if they were logged since the snapshot before or are at most
+//! half a second old by their stamps; otherwise the channel is all NaN there. Where a log states the same channel twice (`RAWLASER1` beside
+//! `ROBOTLASER1`), the leading one counts.
+//!
+//! The place of a snapshot is the first pose of its line; for lines without one the `VERTEX2` line right before, else the last
+//! `ODOM` line. A `VERTEX2` right before a line that states another pose (by more than 1 cm or 0.01 rad) wins, and the line's
+//! pose is odometry: the graph was optimised after the line was written. How odometry is found is told in [`OdometrySource`].
+//!
+//! A snapshot whose place is more than 5 m from the one before, without the odometry saying so, starts a new run: the log has
+//! a gap there. Stamps are kept as recorded, and the order of lines is the order of time, since clocks in real logs are
+//! sometimes broken. No-return readings are found as [`ranges`](super::ranges) tells.
+
+mod message;
+mod odometry;
+
+pub use odometry::OdometrySource;
+
+use super::{Channel, Columns, Recording, account::Account, log::Log, ranges};
+use crate::{
+    error::{Error, Result},
+    geometry::Pose,
+};
+use message::{Message, Scan};
+use ndarray::{Array2, Axis};
+use odometry::Step;
+use std::{collections::BTreeMap, path::Path};
+
+/// Scans in the order in which they lead.
+const LEADERS: [(&str, &str); 5] = [
+    ("FLASER", "laser"),
+    ("ROBOTLASER1", "laser"),
+    ("RAWLASER1", "laser"),
+    ("RLASER", "rear_laser"),
+    ("SONAR", "sonar"),
+];
+/// How old readings of a further channel may be in any case, in seconds.
+const LATEST_S: f64 = 0.5;
+/// A step longer than this that odometry knows nothing of is a gap in the log.
+const GAP_M: f64 = 5.0;
+/// A vertex farther than this from the pose of its laser line was optimised since (metres, radians).
+const OPTIMISED: f64 = 0.01;
+
+/// A scan, the line it stood in, and where the robot was.
+struct Placed {
+    scan: Scan,
+    line: usize,
+    pose: Option<Pose>,
+    stated: Option<Pose>,
+}
+
+enum Event {
+    Odometry { pose: Pose, stamp_s: f64 },
+    Scan(Placed),
+}
+
+/// Is one of the first lines a message that CARMEN writes?
+pub(super) fn looks_like_one(bytes: &[u8]) -> bool {
+    let lines = bytes.split(|b| *b == b'\n').take(1000);
+    lines.map(message::kind).any(message::is_known)
+}
+
+/// Reads an unpacked log; `max_range_m` replaces the maximum that the log shows itself. `path` is for messages only.
+///
+/// # Errors
+/// Where the log has no scan, or no pose for any scan. A damaged line is no error but an entry in the account.
+///
+/// ```
+/// use ballmark::recording::carmen::read;
+/// let text = b"FLASER 2 1.5 81.91 3 4 0 3 4 0 0.1 host 0.1\nNEFF 2.0\n";
+/// let log = read("walk.log".as_ref(), text, None)?;
+/// assert_eq!(log.recording.poses()[0].x_m, 3.0);
+/// assert!(log.recording.values()[[0, 1]].is_nan());
+/// assert_eq!(log.account.passed_over_counts()["NEFF"], 1);
+/// # Ok::<(), ballmark::Error>(())
+/// ```
+pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> {
+    let mut account = Account::default();
+    let events = parse(bytes, &mut account);
+    let leader = leader(&events).ok_or_else(|| {
+        Error::file(path, "no scan that can be read; expected FLASER, RLASER, SONAR, ROBOTLASER1 or RAWLASER1 lines")
+    })?;
+    let widths = usual_widths(&events);
+    let mut steps = Vec::new();
+    let mut rows: Vec<&Scan> = Vec::new();
+    // For each snapshot and further channel, the readings that belong to it.
+    let mut beside: Vec<BTreeMap<&str, &Scan>> = Vec::new();
+    let mut latest: BTreeMap<&str, (&Scan, usize)> = BTreeMap::new();
+    for event in &events {
+        let placed = match event {
+            Event::Odometry { pose, stamp_s } => {
+                steps.push(Step::Odometry {
+                    pose: *pose,
+                    stamp_s: *stamp_s,
+                });
+                continue;
+            }
+            Event::Scan(placed) => placed,
+        };
+        let scan = &placed.scan;
+        if scan.kind != leader.0 && channel(scan.kind) == leader.1 {
+            account.passed_over(scan.kind);
+            continue;
+        }
+        if scan.ranges.len() != widths[scan.kind] {
+            account.lost(format!(
+                "line {}: `{}`: {} readings; expected {} as in the log's other lines",
+                placed.line,
+                scan.kind,
+                scan.ranges.len(),
+                widths[scan.kind]
+            ));
+            continue;
+        }
+        if scan.kind != leader.0 {
+            account.used(scan.kind);
+            latest.insert(scan.kind, (scan, rows.len()));
+            continue;
+        }
+        let Some(pose) = placed.pose else {
+            account.lost(format!(
+                "line {}: `{}`: no pose up to here; expected an ODOM or VERTEX2 line before",
+                placed.line, scan.kind
+            ));
+            continue;
+        };
+        account.used(scan.kind);
+        let fresh = |(other, before): &&(&Scan, usize)| {
+            *before == rows.len() || (0.0..=LATEST_S).contains(&(scan.stamp_s - other.stamp_s))
+        };
+        beside.push(
+            latest
+                .iter()
+                .filter(|(_, other)| fresh(other))
+                .map(|(kind, (other, _))| (*kind, *other))
+                .collect(),
+        );
+        rows.push(scan);
+        steps.push(Step::Scan {
+            pose,
+            stated: placed.stated,
+            stamp_s: scan.stamp_s,
+        });
+    }
+    if rows.is_empty() {
+        return Err(Error::file(
+            path,
+            format!(
+                "no pose for any of its {} lines; expected poses in them, or ODOM or VERTEX2 lines before",
+                leader.0
+            ),
+        ));
+    }
+    let (odometry, source) = odometry::of_scans(&steps);
+    let pose: Vec<Pose> = steps
+        .iter()
+        .filter_map(|step| match step {
+            Step::Scan { pose, .. } => Some(*pose),
+            _ => None,
+        })
+        .collect();
+    let further = || {
+        LEADERS
+            .iter()
+            .filter(|(kind, name)| *name != leader.1 && latest.contains_key(kind))
+    };
+    let mut channels = Vec::new();
+    let mut values = Array2::from_elem(
+        (
+            rows.len(),
+            widths[leader.0] + further().map(|(kind, _)| widths[kind]).sum::<usize>(),
+        ),
+        f32::NAN,
+    );
+    let mut first = 0;
+    for (kind, name) in std::iter::once(&leader).chain(further()) {
+        let width = widths[kind];
+        let mut block = values.slice_axis_mut(Axis(1), (first..first + width).into());
+        for (k, mut row) in block.rows_mut().into_iter().enumerate() {
+            let scan = if *kind == leader.0 {
+                Some(&rows[k])
+            } else {
+                beside[k].get(kind)
+            };
+            match scan {
+                Some(scan) => row
+                    .iter_mut()
+                    .zip(&scan.ranges)
+                    .for_each(|(to, from)| *to = *from),
+                None => account.warning(&format!("snapshot without readings of `{name}`")),
+            }
+        }
+        let maximum = max_range_m.or_else(|| ranges::no_return_from(block.view(), &pose));
+        ranges::blank_no_returns(block, maximum);
+        let example = if *kind == leader.0 {
+            Some(rows[0])
+        } else {
+            latest.get(kind).map(|(scan, _)| *scan)
+        };
+        channels.push(Channel {
+            name: (*name).to_string(),
+            width,
+            unit: "m".to_string(),
+            bearing_rad: example
+                .and_then(|scan| scan.fan)
+                .map(|(start, step)| (0..width).map(|i| start + i as f64 * step).collect()),
+            maximum,
+        });
+        first += width;
+    }
+    let run = runs(&pose, &odometry, source, &mut account);
+    let recording = Recording::new(Columns {
+        channels,
+        values,
+        stamp_s: rows.iter().map(|scan| scan.stamp_s).collect(),
+        pose,
+        odometry,
+        run,
+        ..Columns::default()
+    });
+    Ok(Log {
+        recording: recording.map_err(|e| e.in_file(path))?,
+        account,
+        odometry: source,
+    })
+}
+
+/// All messages that matter, in order, each with the place it was made at.
+fn parse(bytes: &[u8], account: &mut Account) -> Vec<Event> {
+    let mut events = Vec::new();
+    let mut clocks = Clocks::default();
+    let mut vertex: Option<Pose> = None;
+    let mut last_odometry: Option<Pose> = None;
+    for (number, line) in (1..).zip(bytes.split(|b| *b == b'\n')) {
+        let kind = message::kind(line);
+        if kind.is_empty() {
+            continue;
+        }
+        match message::parse(line) {
+            Err(fault) => account.lost(format!("line {number}: {fault}")),
+            Ok(None) => account.passed_over(&shown(kind)),
+            Ok(Some(Message::Vertex(pose))) => {
+                account.used("VERTEX2");
+                vertex = Some(pose);
+            }
+            Ok(Some(Message::Odometry { pose, stamp_s })) => {
+                account.used("ODOM");
+                clocks.check("ODOM", stamp_s, account);
+                last_odometry = Some(pose);
+                events.push(Event::Odometry { pose, stamp_s });
+            }
+            Ok(Some(Message::Scan(scan))) => {
+                clocks.check(scan.kind, scan.stamp_s, account);
+                let vertex = vertex.take();
+                let optimised =
+                    |v: &Pose, p: &Pose| v.distance_m(p) > OPTIMISED || v.turn_rad(p) > OPTIMISED;
+                let (pose, stated) = match (scan.pose, vertex) {
+                    (Some(pose), Some(vertex)) if optimised(&vertex, &pose) => {
+                        (Some(vertex), Some(pose))
+                    }
+                    (Some(pose), _) => (Some(pose), scan.odometry),
+                    (None, vertex) => (vertex.or(last_odometry), None),
+                };
+                events.push(Event::Scan(Placed {
+                    scan,
+                    line: number,
+                    pose,
+                    stated,
+                }));
+            }
+        }
+    }
+    events
+}
+
+/// A message's name, fit to be printed.
+fn shown(kind: &[u8]) -> String {
+    if kind.starts_with(b"#") {
+        return "#".to_string();
+    }
+    let name: String = String::from_utf8_lossy(kind).chars().take(24).collect();
+    name.escape_debug().to_string()
+}
+
+fn channel(kind: &str) -> &'static str {
+    LEADERS
+        .iter()
+        .find(|(leader, _)| *leader == kind)
+        .map_or("", |(_, channel)| channel)
+}
+
+fn leader(events: &[Event]) -> Option<(&'static str, &'static str)> {
+    let has = |kind: &str| {
+        events
+            .iter()
+            .any(|e| matches!(e, Event::Scan(placed) if placed.scan.kind == kind))
+    };
+    LEADERS.into_iter().find(|(kind, _)| has(kind))
+}
+
+/// For each kind of scan, the number of readings that most of its lines have (the smaller one in a draw).
+fn usual_widths(events: &[Event]) -> BTreeMap<&'static str, usize> {
+    let mut counts: BTreeMap<&str, BTreeMap<usize, usize>> = BTreeMap::new();
+    for event in events {
+        if let Event::Scan(placed) = event {
+            *counts
+                .entry(placed.scan.kind)
+                .or_default()
+                .entry(placed.scan.ranges.len())
+                .or_default() += 1;
+        }
+    }
+    let usual = |lines: &BTreeMap<usize, usize>| {
+        lines
+            .iter()
+            .rev()
+            .max_by_key(|(_, n)| **n)
+            .map_or(0, |(width, _)| *width)
+    };
+    counts
+        .iter()
+        .map(|(kind, lines)| (*kind, usual(lines)))
+        .collect()
+}
+
+/// The run of each snapshot: a new one at every gap.
+fn runs(
+    pose: &[Pose],
+    odometry: &[Pose],
+    source: OdometrySource,
+    account: &mut Account,
+) -> Vec<i64> {
+    let mut run = 0;
+    let mut runs = vec![0; pose.len()];
+    for k in 1..pose.len() {
+        let step_m = pose[k].distance_m(&pose[k - 1]);
+        let known_m = match source {
+            OdometrySource::Poses => 0.0,
+            _ => odometry[k].distance_m(&odometry[k - 1]),
+        };
+        if step_m > GAP_M && known_m < step_m / 2.0 {
+            account.warning("gap of more than 5 m, where a new run begins");
+            run += 1;
+        }
+        runs[k] = run;
+    }
+    runs
+}
+
+/// The last stamp of each kind of message.
+#[derive(Default)]
+struct Clocks(BTreeMap<&'static str, f64>);
+
+impl Clocks {
+    fn check(&mut self, kind: &'static str, stamp_s: f64, account: &mut Account) {
+        if stamp_s == 0.0 {
+            account.warning(&format!("{kind} stamped 0"));
+            return;
+        }
+        match self.0.insert(kind, stamp_s) {
+            Some(last) if stamp_s < last => {
+                account.warning(&format!("{kind} stamped before the one ahead of it"))
+            }
+            Some(last) if stamp_s == last => {
+                account.warning(&format!("{kind} stamped like the one ahead of it"))
+            }
+            _ => {}
+        }
+    }
+}

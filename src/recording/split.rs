@@ -1,0 +1,316 @@
+//! Parts to learn from, to stop learning by, and to be judged on; none of them cuts a run or a stretch of path.
+//!
+//! Neighbouring snapshots look alike, so a snapshot beside a training snapshot is no unseen one. The smallest thing that is
+//! put on one side is therefore a *unit*: a whole run, or a stretch of so many metres of path inside a run.
+
+use super::Recording;
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// How to split, as it stands in a configuration.
+///
+/// Units are numbered from 0 in the order of the recording. Unit u is tested on where u mod `folds` = `test_fold`. Of the
+/// others, counted on their own from 0, the last of every `validation_every` is for validation.
+///
+/// ```
+/// let config: ballmark::recording::split::SplitConfig =
+///     serde_json::from_str(r#"{"stretch_m": 10.0, "folds": 5, "test_fold": 0, "validation_every": 4}"#).unwrap();
+/// assert_eq!(config.stretch_m, Some(10.0));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SplitConfig {
+    /// Metres of true path in a stretch; without it the units are whole runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stretch_m: Option<f64>,
+    /// Number of folds that the units are dealt to in turn.
+    pub folds: usize,
+    /// The fold to test on; without it nothing is held back for testing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub test_fold: Option<usize>,
+    /// One unit in so many of those not tested on is for validation; 0: none.
+    pub validation_every: usize,
+}
+
+impl Default for SplitConfig {
+    /// Stretches of 10 m in five folds, the first one tested on, one unit in five of the rest for validation.
+    fn default() -> Self {
+        Self {
+            stretch_m: Some(10.0),
+            folds: 5,
+            test_fold: Some(0),
+            validation_every: 5,
+        }
+    }
+}
+
+/// Indices of the snapshots of each part, ascending.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Split {
+    /// To learn from; never empty.
+    pub train: Vec<usize>,
+    /// To stop learning by.
+    pub validation: Vec<usize>,
+    /// To be judged on.
+    pub test: Vec<usize>,
+}
+
+impl SplitConfig {
+    /// Are the numbers possible, whatever the recording?
+    ///
+    /// # Errors
+    /// A usage error that names the key.
+    pub fn check(&self) -> Result<()> {
+        let wrong = |key: &str, value: String, expected: &str| {
+            Err(Error::usage(format!(
+                "split: `{key}` is {value}; expected {expected}"
+            )))
+        };
+        if let Some(stretch) = self.stretch_m.filter(|s| !(s.is_finite() && *s > 0.0)) {
+            return wrong("stretch_m", stretch.to_string(), "metres above 0");
+        }
+        if self.folds == 0 {
+            return wrong("folds", "0".into(), "at least 1");
+        }
+        if let Some(fold) = self.test_fold {
+            if self.folds == 1 {
+                return wrong(
+                    "folds",
+                    "1".into(),
+                    "at least 2 where one of them is tested on",
+                );
+            }
+            if fold >= self.folds {
+                return wrong(
+                    "test_fold",
+                    fold.to_string(),
+                    &format!("a fold from 0 to {}", self.folds - 1),
+                );
+            }
+        }
+        if self.validation_every == 1 {
+            return wrong(
+                "validation_every",
+                "1".into(),
+                "0 or at least 2, or nothing is left to learn from",
+            );
+        }
+        Ok(())
+    }
+
+    /// Splits a recording.
+    ///
+    /// # Errors
+    /// Where the configuration is wrong, or the recording has too few units for every part that is asked for.
+    ///
+    /// ```
+    /// # let log: Vec<u8> = (0..40).flat_map(|x| format!("FLASER 1 1.5 {x} 0 0 {x} 0 0 {x} h {x}\n").into_bytes()).collect();
+    /// # let recording = ballmark::recording::carmen::read("walk.log".as_ref(), &log, None)?.recording;
+    /// use ballmark::recording::split::SplitConfig;
+    /// // 40 snapshots, one a metre: stretches 0 to 3; 0 and 2 are fold 0.
+    /// let config = SplitConfig { stretch_m: Some(10.0), folds: 2, test_fold: Some(0), validation_every: 2 };
+    /// let split = config.split(&recording)?;
+    /// assert_eq!(split.test[10], 20);
+    /// assert_eq!((split.train.len(), split.validation.len(), split.test.len()), (10, 10, 20));
+    /// # Ok::<(), ballmark::Error>(())
+    /// ```
+    pub fn split(&self, recording: &Recording) -> Result<Split> {
+        self.check()?;
+        let mut split = Split::default();
+        let mut rest = 0;
+        let units = units(recording, self.stretch_m);
+        let count = units.len();
+        for (number, unit) in units.into_iter().enumerate() {
+            let part = if self.test_fold == Some(number % self.folds) {
+                &mut split.test
+            } else {
+                rest += 1;
+                match rest % self.validation_every.max(1) {
+                    0 if self.validation_every > 0 => &mut split.validation,
+                    _ => &mut split.train,
+                }
+            };
+            part.extend(unit);
+        }
+        for (part, asked, snapshots) in [
+            ("learn from", true, &split.train),
+            ("test on", self.test_fold.is_some(), &split.test),
+            (
+                "validate with",
+                self.validation_every > 0,
+                &split.validation,
+            ),
+        ] {
+            if asked && snapshots.is_empty() {
+                return Err(Error::work(format!(
+                    "split: the recording has {count} {}, which leaves none to {part}; expected more, shorter stretches, or another split",
+                    if self.stretch_m.is_some() {
+                        "stretches"
+                    } else {
+                        "runs"
+                    },
+                )));
+            }
+        }
+        Ok(split)
+    }
+}
+
+/// The snapshots of each unit, in the order of the recording.
+fn units(recording: &Recording, stretch_m: Option<f64>) -> Vec<std::ops::Range<usize>> {
+    let Some(stretch_m) = stretch_m else {
+        return recording.runs();
+    };
+    let travelled_m = recording.travelled_m();
+    let mut units = Vec::new();
+    for run in recording.runs() {
+        let mut start = run.start;
+        for k in run.start + 1..=run.end {
+            let stretch = |k: usize| (travelled_m[k] / stretch_m).floor();
+            if k == run.end || stretch(k) != stretch(k - 1) {
+                units.push(start..k);
+                start = k;
+            }
+        }
+    }
+    units
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        geometry::Pose,
+        recording::{Channel, Columns},
+        seed::Seed,
+    };
+    use rand::RngExt;
+
+    /// A wandering robot in several runs.
+    fn recording(seed: u64, snapshots: usize, runs: i64) -> Recording {
+        let mut stream = Seed(seed).stream("walk");
+        let mut x_m = 0.0;
+        let pose: Vec<Pose> = (0..snapshots)
+            .map(|_| {
+                x_m += stream.random::<f64>();
+                Pose::new(x_m, 0.0, 0.0)
+            })
+            .collect();
+        Recording::new(Columns {
+            channels: vec![Channel {
+                name: "light".into(),
+                width: 1,
+                unit: "lux".into(),
+                bearing_rad: None,
+                maximum: None,
+            }],
+            values: ndarray::Array2::zeros((snapshots, 1)),
+            stamp_s: vec![0.0; snapshots],
+            odometry: pose.clone(),
+            pose,
+            run: (0..snapshots)
+                .map(|k| k as i64 * runs / snapshots as i64)
+                .collect(),
+            ..Columns::default()
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn parts_are_disjoint_complete_and_cut_no_unit() {
+        for seed in 0..20 {
+            let recording = recording(seed, 300, 1 + seed as i64 % 4);
+            for stretch_m in [2.0, 7.5, 15.0] {
+                for test_fold in [None, Some(0), Some(2)] {
+                    let config = SplitConfig {
+                        stretch_m: Some(stretch_m),
+                        folds: 3,
+                        test_fold,
+                        validation_every: 3,
+                    };
+                    let split = config.split(&recording).unwrap();
+                    let mut all = [
+                        split.train.clone(),
+                        split.validation.clone(),
+                        split.test.clone(),
+                    ]
+                    .concat();
+                    all.sort_unstable();
+                    assert_eq!(all, (0..300).collect::<Vec<_>>());
+                    let travelled = recording.travelled_m();
+                    let unit = |k: usize| {
+                        (
+                            recording.columns().run[k],
+                            (travelled[k] / stretch_m) as i64,
+                        )
+                    };
+                    let side = |k: usize| (split.test.contains(&k), split.validation.contains(&k));
+                    for k in 1..300 {
+                        assert!(
+                            unit(k) != unit(k - 1) || side(k) == side(k - 1),
+                            "unit cut at {k}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_snapshot_is_tested_on_once_over_all_folds() {
+        let recording = recording(1, 200, 5);
+        let mut tested = vec![0; 200];
+        for fold in 0..5 {
+            let config = SplitConfig {
+                stretch_m: None,
+                folds: 5,
+                test_fold: Some(fold),
+                validation_every: 2,
+            };
+            config
+                .split(&recording)
+                .unwrap()
+                .test
+                .iter()
+                .for_each(|k| tested[*k] += 1);
+        }
+        assert_eq!(tested, vec![1; 200]);
+    }
+
+    #[test]
+    fn impossible_splits_are_refused() {
+        let one_run = recording(1, 50, 1);
+        let runs = SplitConfig {
+            stretch_m: None,
+            folds: 2,
+            test_fold: Some(0),
+            validation_every: 0,
+        };
+        assert!(
+            runs.split(&one_run)
+                .unwrap_err()
+                .to_string()
+                .contains("leaves none to learn from")
+        );
+        for wrong in [
+            SplitConfig {
+                stretch_m: Some(0.0),
+                ..runs
+            },
+            SplitConfig { folds: 0, ..runs },
+            SplitConfig { folds: 1, ..runs },
+            SplitConfig {
+                test_fold: Some(2),
+                ..runs
+            },
+            SplitConfig {
+                validation_every: 1,
+                ..runs
+            },
+        ] {
+            assert!(wrong.check().unwrap_err().is_usage(), "{wrong:?}");
+        }
+        let unknown = serde_json::from_str::<SplitConfig>(r#"{"strech_m": 10}"#);
+        assert!(unknown.unwrap_err().to_string().contains("strech_m"));
+    }
+}
