@@ -14,6 +14,12 @@ pub mod recording;
 // where the robot may be
 pub mod belief;
 
+// judgement of responses, knows no robot
+pub mod score;
+
+// records to tables and pictures
+pub mod report;
+
 // arguments in, exit status out
 pub mod cli;
 
