@@ -121,8 +121,11 @@ impl Responses {
         let mut trials: HashMap<String, usize> = HashMap::new();
         for record in reader.records() {
             let record = record.map_err(unreadable)?;
-            let line = record.position().map_or(0, |position| position.line());
-            let wrong = |fault: String| Error::input(path, format!("line {line}"), fault);
+            let start = record
+                .position()
+                .map_or(0, |position| position.byte() as usize);
+            let wrong =
+                |fault: String| Error::input(path, format!("line {}", line_of(text, start)), fault);
             if record.len() != headers.len() {
                 let (found, expected) = (record.len(), headers.len());
                 return Err(wrong(format!(
@@ -178,6 +181,17 @@ impl Responses {
         rows.for_each(|k| table.record(self.location[k].as_str(), self.response[k].as_str()));
         table
     }
+}
+
+/// The line of the record that starts at this byte or after the blank lines there, which the reader passes over.
+fn line_of(text: &str, start: usize) -> usize {
+    let bytes = text.as_bytes();
+    let breaks = |b: &&u8| matches!(b, b'\n' | b'\r');
+    let blank = bytes[start..].iter().take_while(breaks).count();
+    1 + bytes[..start + blank]
+        .iter()
+        .filter(|&&b| b == b'\n')
+        .count()
 }
 
 /// Where in the header a column stands; two of one name are a fault.
