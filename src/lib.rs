@@ -29,8 +29,14 @@ pub mod model;
 // run → responses, with memory
 pub mod localiser;
 
+// judgement, knows no robot
+pub mod score;
+
 // the loop that knows everyone
 pub mod experiment;
+
+// Records → tables, pictures
+pub mod report;
 
 // arguments in, exit status out
 pub mod cli;

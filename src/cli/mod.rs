@@ -1,6 +1,7 @@
 //! The command line: arguments in, exit status out. Results on standard output, progress and warnings on standard error.
 
 mod import;
+mod score;
 
 use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};
@@ -21,6 +22,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Import(import::Arguments),
+    Score(score::Arguments),
 }
 
 /// How a command ended when it did not fail.
@@ -38,6 +40,7 @@ pub fn run() -> ExitCode {
     let arguments = Arguments::parse(); // clap itself exits with 2 on a wrong call
     let result: Result<Outcome> = match arguments.command {
         Command::Import(arguments) => import::run(arguments),
+        Command::Score(arguments) => score::run(arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,0 +1,214 @@
+//! A small table, for the terminal, for other programs (CSV) and for documents (Markdown).
+
+/// What stands in one place of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// Words; set flush left.
+    Text(String),
+    /// A number and how many decimals a reader is shown; CSV keeps all digits. Not finite: shown as missing.
+    Number(f64, usize),
+    /// A count.
+    Count(u64),
+    /// No value: a dash for readers, nothing in CSV. Say why in the caption.
+    Missing,
+}
+
+impl Cell {
+    /// A number with that many decimals, or a missing value.
+    pub fn number(value: Option<f64>, decimals: usize) -> Self {
+        value.map_or(Cell::Missing, |value| Cell::Number(value, decimals))
+    }
+
+    fn shown(&self) -> String {
+        match self {
+            Cell::Text(text) => text.replace(['\n', '\r', '\t'], " "),
+            Cell::Number(value, decimals) if value.is_finite() => {
+                let shown = format!("{value:.decimals$}");
+                let zero = shown
+                    .trim_start_matches('-')
+                    .bytes()
+                    .all(|b| matches!(b, b'0' | b'.'));
+                shown[usize::from(zero && shown.starts_with('-'))..].to_string() // −0.00 is 0.00
+            }
+            Cell::Count(count) => count.to_string(),
+            Cell::Number(..) | Cell::Missing => "–".to_string(),
+        }
+    }
+
+    fn in_csv(&self) -> String {
+        match self {
+            Cell::Text(text) => quoted(text),
+            Cell::Number(value, _) if value.is_finite() => value.to_string(),
+            Cell::Count(count) => count.to_string(),
+            Cell::Number(..) | Cell::Missing => String::new(),
+        }
+    }
+}
+
+/// Named columns, rows of cells, and a caption. Units stand in the headers.
+///
+/// ```
+/// use ballmark::report::{Cell, Table};
+/// let mut table = Table::new(["system", "error (m)"]);
+/// table.row([Cell::Text("dead reckoning".into()), Cell::Number(12.5, 2)]);
+/// table.row([Cell::Text("filters".into()), Cell::Missing]);
+/// table.caption("–: did not converge");
+/// assert_eq!(
+///     table.text(),
+///     "system          error (m)\n\
+///      --------------  ---------\n\
+///      dead reckoning      12.50\n\
+///      filters                 –\n\
+///      –: did not converge\n"
+/// );
+/// assert_eq!(table.csv(), "system,error (m)\ndead reckoning,12.5\nfilters,\n");
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    headers: Vec<String>,
+    rows: Vec<Vec<Cell>>,
+    caption: Vec<String>,
+}
+
+impl Table {
+    /// A table of these columns without rows.
+    pub fn new<S: Into<String>>(headers: impl IntoIterator<Item = S>) -> Self {
+        Self {
+            headers: headers.into_iter().map(Into::into).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds a row. What a short row lacks is missing; what is beyond the last column is left out.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
+        let mut row: Vec<Cell> = cells.into_iter().collect();
+        row.resize(self.headers.len(), Cell::Missing);
+        self.rows.push(row);
+    }
+
+    /// Adds a line below the table.
+    pub fn caption(&mut self, line: impl Into<String>) {
+        self.caption.push(line.into());
+    }
+
+    /// For the terminal: columns aligned, numbers flush right.
+    pub fn text(&self) -> String {
+        let shown = self.shown();
+        let widths: Vec<usize> = (0..self.headers.len())
+            .map(|c| {
+                shown
+                    .iter()
+                    .map(|row| row[c].chars().count())
+                    .max()
+                    .unwrap_or(0)
+            })
+            .collect();
+        let rule: Vec<String> = widths.iter().map(|&width| "-".repeat(width)).collect();
+        let mut text = String::new();
+        for (index, row) in shown.iter().enumerate() {
+            for line in [Some(row), (index == 0).then_some(&rule)]
+                .into_iter()
+                .flatten()
+            {
+                let cells: Vec<String> = (0..widths.len())
+                    .map(|c| match (self.is_numeric(c), widths[c]) {
+                        (true, width) => format!("{:>width$}", line[c]),
+                        (false, width) => format!("{:<width$}", line[c]),
+                    })
+                    .collect();
+                text.push_str(cells.join("  ").trim_end());
+                text.push('\n');
+            }
+        }
+        self.caption
+            .iter()
+            .for_each(|line| text.extend([line.as_str(), "\n"]));
+        text
+    }
+
+    /// For other programs: RFC 4180 with line feeds, numbers with all their digits, no caption.
+    pub fn csv(&self) -> String {
+        let headers: Vec<String> = self.headers.iter().map(|header| quoted(header)).collect();
+        let mut text = headers.join(",") + "\n";
+        for row in &self.rows {
+            let cells: Vec<String> = row.iter().map(Cell::in_csv).collect();
+            text.push_str(&cells.join(","));
+            text.push('\n');
+        }
+        text
+    }
+
+    /// For documents: a Markdown table, then the caption as paragraphs.
+    pub fn markdown(&self) -> String {
+        let mut text = String::new();
+        for (index, row) in self.shown().iter().enumerate() {
+            let cells: Vec<String> = row.iter().map(|cell| cell.replace('|', "\\|")).collect();
+            text.push_str(&format!("| {} |\n", cells.join(" | ")));
+            if index == 0 {
+                let rule = (0..row.len()).map(|c| if self.is_numeric(c) { "--:" } else { ":--" });
+                text.push_str(&format!("| {} |\n", rule.collect::<Vec<_>>().join(" | ")));
+            }
+        }
+        self.caption
+            .iter()
+            .for_each(|line| text.extend(["\n", line.as_str(), "\n"]));
+        text
+    }
+
+    /// Headers and cells as a reader sees them.
+    fn shown(&self) -> Vec<Vec<String>> {
+        let rows = self
+            .rows
+            .iter()
+            .map(|row| row.iter().map(Cell::shown).collect());
+        std::iter::once(self.headers.clone()).chain(rows).collect()
+    }
+
+    /// Does a column hold numbers and nothing else?
+    fn is_numeric(&self, column: usize) -> bool {
+        !self.rows.is_empty()
+            && !self
+                .rows
+                .iter()
+                .any(|row| matches!(row[column], Cell::Text(_)))
+    }
+}
+
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn awkward_words_survive_in_every_format() {
+        let mut table = Table::new(["name", "n"]);
+        table.row([Cell::Text("a|b, \"c\"\nd".into()), Cell::Count(3)]);
+        assert_eq!(table.csv(), "name,n\n\"a|b, \"\"c\"\"\nd\",3\n");
+        assert_eq!(
+            table.markdown(),
+            "| name | n |\n| :-- | --: |\n| a\\|b, \"c\" d | 3 |\n"
+        );
+        assert_eq!(table.text().lines().count(), 3);
+    }
+
+    #[test]
+    fn odd_numbers_are_dashes_and_short_rows_are_filled() {
+        let mut table = Table::new(["a", "b"]);
+        table.row([Cell::Number(f64::NAN, 1)]);
+        table.row([Cell::Number(-0.001, 2), Cell::number(Some(0.1 + 0.2), 1)]);
+        assert_eq!(table.text(), "   a    b\n----  ---\n   –    –\n0.00  0.3\n");
+        assert_eq!(table.csv(), "a,b\n,\n-0.001,0.30000000000000004\n");
+    }
+
+    #[test]
+    fn a_table_without_rows_has_its_headers() {
+        assert_eq!(Table::new(["x (m)"]).text(), "x (m)\n-----\n");
+    }
+}

@@ -1,0 +1,146 @@
+//! How far the corrected coefficient of another sample of trials may differ: a bootstrap interval.
+
+use super::{contingency::Contingency, correction::corrected_coefficient};
+use crate::seed::Seed;
+use rand::RngExt;
+use rayon::prelude::*;
+use std::hash::Hash;
+
+/// A 95 % interval of the coefficient corrected for chance.
+///
+/// Units are drawn with replacement: whole trials where the data has trials, since the rows of one trial resemble each
+/// other; else single rows. Drawing a unit twice makes rows agree that say the same thing once, which raises every
+/// resampled coefficient (50 × 16 independent labels, 100 rows: plain percentiles exclude the truth, 0, always). So
+/// only the spread of the resamples is taken and their mean is moved to the sample's own coefficient.
+///
+/// Drawing from the table it has, the bootstrap knows nothing of what sparse tables hide: with few rows a cell the
+/// interval is too narrow for the coefficient of an endless sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Lower end.
+    pub low: f64,
+    /// Upper end, at most 1.
+    pub high: f64,
+}
+
+impl Interval {
+    /// The interval from `resamples` drawings of units; `unit_of[k]`, in 0..units, is the unit of the k-th data point
+    /// recorded. `None` where there are fewer than two units or the coefficient is undefined, of the table or of more
+    /// than half of the drawings.
+    ///
+    /// The drawings come from numbered streams of `seed`: the result is the same for any number of threads.
+    ///
+    /// ```
+    /// use ballmark::{score::{Contingency, Interval, corrected_coefficient}, seed::Seed};
+    /// let mut table = Contingency::new();
+    /// for k in 0..80 {
+    ///     table.record(k % 4, if k % 5 == 0 { 0 } else { k % 4 }); // each fifth answer is a guess
+    /// }
+    /// let trial_of: Vec<usize> = (0..80).map(|k| k / 8).collect();
+    /// let interval = Interval::by_bootstrap(&table, &trial_of, 500, Seed(1)).unwrap();
+    /// let coefficient = corrected_coefficient(&table.counts()).unwrap();
+    /// assert!(interval.low < coefficient && coefficient < interval.high);
+    /// ```
+    pub fn by_bootstrap<L: Eq + Hash, R: Eq + Hash>(
+        table: &Contingency<L, R>,
+        unit_of: &[usize],
+        resamples: u64,
+        seed: Seed,
+    ) -> Option<Self> {
+        let units = unit_of.iter().max().map_or(0, |&last| last + 1);
+        if units < 2 || unit_of.len() != table.len() {
+            return None;
+        }
+        let coefficient = corrected_coefficient(&table.counts())?;
+        let points = table.by_location();
+        let mut resampled: Vec<f64> = (0..resamples)
+            .into_par_iter()
+            .filter_map(|resample| {
+                let mut stream = seed.numbered_stream("bootstrap resample", resample);
+                let mut times = vec![0; units];
+                for _ in 0..units {
+                    times[stream.random_range(0..units)] += 1;
+                }
+                corrected_coefficient(&points.counts(|k| times[unit_of[k]]))
+            })
+            .collect();
+        if resampled.len() < 2 || 2 * (resampled.len() as u64) < resamples {
+            return None;
+        }
+        resampled.sort_by(f64::total_cmp);
+        let shift = coefficient - resampled.iter().sum::<f64>() / resampled.len() as f64;
+        Some(Self {
+            low: (quantile(&resampled, 0.025) + shift).min(coefficient),
+            high: (quantile(&resampled, 0.975) + shift).clamp(coefficient, 1.0),
+        })
+    }
+}
+
+/// Quantile of ascending values, linear between neighbours (Hyndman & Fan 1996, type 7).
+fn quantile(ascending: &[f64], share: f64) -> f64 {
+    let place = share * (ascending.len() - 1) as f64;
+    let (below, above) = (place.floor() as usize, place.ceil() as usize);
+    ascending[below] + (place - place.floor()) * (ascending[above] - ascending[below])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_lie_between_neighbours() {
+        assert_eq!(quantile(&[0.0, 10.0, 20.0], 0.25), 5.0);
+        assert_eq!(quantile(&[3.0], 0.975), 3.0);
+    }
+
+    /// Rows of a trial repeat one another: over trials the interval must be wider than over rows.
+    #[test]
+    fn trials_that_repeat_themselves_widen_the_interval() {
+        let mut table = Contingency::new();
+        let (mut trial_of, mut row_of) = (Vec::new(), Vec::new());
+        let mut stream = Seed(5).stream("answers");
+        for trial in 0..30 {
+            let location = trial % 3;
+            let response = if stream.random_bool(0.6) { location } else { 9 };
+            for _ in 0..10 {
+                table.record(location, response);
+                row_of.push(trial_of.len());
+                trial_of.push(trial);
+            }
+        }
+        let width = |unit_of: &[usize]| {
+            let interval = Interval::by_bootstrap(&table, unit_of, 400, Seed(1)).unwrap();
+            interval.high - interval.low
+        };
+        assert!(width(&trial_of) > 2.0 * width(&row_of));
+    }
+
+    #[test]
+    fn chance_is_not_excluded() {
+        let mut excluded = 0;
+        for sample in 0..40 {
+            let mut stream = Seed(2).numbered_stream("independent", sample);
+            let mut table = Contingency::new();
+            for _ in 0..100 {
+                table.record(stream.random_range(0..50), stream.random_range(0..16));
+            }
+            let rows: Vec<usize> = (0..100).collect();
+            let interval = Interval::by_bootstrap(&table, &rows, 200, Seed(sample)).unwrap();
+            excluded += usize::from(interval.low > 0.0 || interval.high < 0.0);
+        }
+        assert!(excluded <= 4, "{excluded} of 40");
+    }
+
+    #[test]
+    fn one_trial_or_one_location_has_no_interval_and_certainty_no_width() {
+        let mut table = Contingency::new();
+        (0..20).for_each(|k| table.record(k % 2, k % 2));
+        let rows: Vec<usize> = (0..20).collect();
+        assert_eq!(Interval::by_bootstrap(&table, &[0; 20], 100, Seed(1)), None);
+        let sure = Interval::by_bootstrap(&table, &rows, 100, Seed(1)).unwrap();
+        assert_eq!((sure.low, sure.high), (1.0, 1.0));
+        let mut one = Contingency::new();
+        (0..20).for_each(|k| one.record("here", k % 2));
+        assert_eq!(Interval::by_bootstrap(&one, &rows, 100, Seed(1)), None);
+    }
+}
