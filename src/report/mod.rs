@@ -1,5 +1,10 @@
-//! Results as tables and pictures: text in, text out; whoever calls writes the files.
+//! Results as tables and pictures: values in, text out (plain, CSV, Markdown, SVG); whoever calls writes the files.
 
+mod canvas;
+mod plot;
+mod scatter;
 mod table;
 
+pub use plot::{Curve, Panel, Trace, line_plot, stacked_plot};
+pub use scatter::scatter_plot;
 pub use table::{Cell, Table};

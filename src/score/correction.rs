@@ -1,12 +1,12 @@
 //! What of an uncertainty coefficient is owed to chance, and how likely chance reaches it.
 //!
 //! Chance means: the same locations and the same responses, each as often as in the table, paired at random. Under it a
-//! cell is hypergeometric, and the mean mutual information E[I] is a finite sum (Vinh, Epps & Bailey, *Information
+//! cell is hypergeometric, and the mean mutual information E\[I\] is a finite sum (Vinh, Epps & Bailey, *Information
 //! theoretic measures for clusterings comparison*, JMLR 11, 2010, eq. 24a). The corrected coefficient subtracts it from
 //! what is reached and from what can be reached, as their adjusted mutual information does, but with H(L) for the
 //! maximum, since U(L|R) divides by H(L):
 //!
-//! U_c = (I − E[I]) / (H(L) − E[I])
+//! U_c = (I − E\[I\]) / (H(L) − E\[I\])
 //!
 //! It is exactly 0 on average under chance, whatever the margins, and 1 stays 1. It may be negative; cutting it at 0
 //! would bring the bias back. Chance is all it corrects for: where the response does know something and the table is
@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 /// Relative rounding that two sums of the same terms in another order may show.
 const ROUNDING: f64 = 1e-10;
 
-/// E[I] in nats: the mean mutual information of location and response over all ways to pair them at random.
+/// E\[I\] in nats: the mean mutual information of location and response over all ways to pair them at random.
 ///
 /// ```
 /// use ballmark::score::{Contingency, expected_mutual_information};
@@ -103,7 +103,7 @@ pub fn permutation_p(counts: &Counts, permutations: u64, seed: Seed) -> Option<f
     Some((1 + reached) as f64 / (1 + permutations) as f64)
 }
 
-/// E[n ln n] of a cell that lies between a location seen `at` times and a response given `given` times among `total`.
+/// E\[n ln n\] of a cell that lies between a location seen `at` times and a response given `given` times among `total`.
 ///
 /// Hypergeometric weights are walked from the mode outwards by their ratios, relative to the mode's, and divided by
 /// their sum: no factorial is formed, and nothing overflows.
