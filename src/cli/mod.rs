@@ -1,7 +1,11 @@
 //! The command line: arguments in, exit status out. Results on standard output, progress and warnings on standard error.
 
+mod config;
+mod export;
 mod import;
+mod progress;
 mod score;
+mod train;
 
 use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};
@@ -22,6 +26,8 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Import(import::Arguments),
+    Train(train::Arguments),
+    Export(export::Arguments),
     Score(score::Arguments),
 }
 
@@ -40,6 +46,8 @@ pub fn run() -> ExitCode {
     let arguments = Arguments::parse(); // clap itself exits with 2 on a wrong call
     let result: Result<Outcome> = match arguments.command {
         Command::Import(arguments) => import::run(arguments),
+        Command::Train(arguments) => train::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
         Command::Score(arguments) => score::run(arguments),
     };
     match result {

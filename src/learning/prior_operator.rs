@@ -13,7 +13,7 @@
 //! with T truths, C candidates, F = 2^n outcomes. All sums are f64 and in a fixed order.
 
 use crate::belief::{Places, Uncertainty};
-use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis, Zip};
+use ndarray::{Array1, Array2, ArrayView2, ArrayViewMut2, Axis, Zip};
 use rayon::prelude::*;
 
 /// The prior beliefs of all truths over all candidates.
@@ -337,55 +337,91 @@ impl SparseRows {
     }
 }
 
-/// Every candidate for every truth: distances are made block by block and multiplied at once, none is kept.
+/// Every candidate for every truth. Up to some thousands of places the distances are kept; beyond, they are made block
+/// by block, multiplied and dropped, so that memory grows no faster than the number of places.
 pub struct Everywhere {
     truths: Places,
     candidates: Places,
+    kept: Option<Array2<f64>>,
 }
 
-/// Truths handled at once: their distances to all candidates fit a second-level cache for some thousands of places.
-const BLOCK: usize = 32;
+/// Truths handled at once.
+const BLOCK: usize = 64;
+
+/// Most distances that are kept: 200 MB.
+const MOST_KEPT: usize = 25_000_000;
 
 impl Everywhere {
     fn new(truths: &Places, candidates: &Places) -> Self {
+        let (truths, candidates) = (truths.clone(), candidates.clone());
+        let kept = (truths.len() * candidates.len() <= MOST_KEPT).then(|| {
+            let mut all = Array2::zeros((truths.len(), candidates.len()));
+            let blocks = all
+                .axis_chunks_iter_mut(Axis(0), BLOCK)
+                .into_par_iter()
+                .enumerate();
+            blocks
+                .for_each(|(block, out)| fill_distances(&truths, block * BLOCK, &candidates, out));
+            all
+        });
         Self {
-            truths: truths.clone(),
-            candidates: candidates.clone(),
+            truths,
+            candidates,
+            kept,
         }
     }
 
+    fn share(&self) -> f64 {
+        1.0 / self.candidates.len().max(1) as f64
+    }
+
     fn apply(&self, map: ArrayView2<f64>) -> (Array2<f64>, Array2<f64>) {
-        let share = 1.0 / self.candidates.len().max(1) as f64;
-        let n = distances_times(&self.truths, &self.candidates, map, share);
-        let mean = map.sum_axis(Axis(0)) * share;
-        (n, broadcast_rows(mean.view(), self.truths.len()))
+        let kept = self.kept.as_ref().map(|all| all.view());
+        let n = distances_times(&self.truths, &self.candidates, kept, map, self.share());
+        let mean = map.sum_axis(Axis(0)) * self.share();
+        let mut d = Array2::zeros(n.raw_dim());
+        d.assign(&mean);
+        (n, d)
     }
 
     fn apply_transposed(&self, u: ArrayView2<f64>, v: ArrayView2<f64>) -> Array2<f64> {
-        let share = 1.0 / self.candidates.len().max(1) as f64;
-        let mut out = distances_times(&self.candidates, &self.truths, u, share);
-        out -= &(v.sum_axis(Axis(0)) * share);
+        let kept = self.kept.as_ref().map(|all| all.t());
+        let mut out = distances_times(&self.candidates, &self.truths, kept, u, self.share());
+        out -= &(v.sum_axis(Axis(0)) * self.share());
         out
     }
 }
 
-fn broadcast_rows(row: ArrayView1<f64>, rows: usize) -> Array2<f64> {
-    let mut out = Array2::zeros((rows, row.len()));
-    out.assign(&row);
-    out
-}
-
 /// `share`·e(from, to)·rows, `[from, outcome]`.
-fn distances_times(from: &Places, to: &Places, rows: ArrayView2<f64>, share: f64) -> Array2<f64> {
+fn distances_times(
+    from: &Places,
+    to: &Places,
+    kept: Option<ArrayView2<f64>>,
+    rows: ArrayView2<f64>,
+    share: f64,
+) -> Array2<f64> {
     let mut out = Array2::zeros((from.len(), rows.ncols()));
     out.axis_chunks_iter_mut(Axis(0), BLOCK)
         .into_par_iter()
         .enumerate()
         .for_each(|(block, mut out)| {
-            let mut distance = Array2::zeros((out.nrows(), to.len()));
-            Zip::indexed(&mut distance)
-                .for_each(|(i, j), d| *d = from.distance_m(block * BLOCK + i, to, j));
-            ndarray::linalg::general_mat_mul(share, &distance, &rows, 0.0, &mut out);
+            let first = block * BLOCK;
+            match &kept {
+                Some(all) => {
+                    let block = all.slice_axis(Axis(0), (first..first + out.nrows()).into());
+                    ndarray::linalg::general_mat_mul(share, &block, &rows, 0.0, &mut out);
+                }
+                None => {
+                    let mut block = Array2::zeros((out.nrows(), to.len()));
+                    fill_distances(from, first, to, block.view_mut());
+                    ndarray::linalg::general_mat_mul(share, &block, &rows, 0.0, &mut out);
+                }
+            }
         });
     out
+}
+
+/// e from places `first`.. to all others, `[from, to]`.
+fn fill_distances(from: &Places, first: usize, to: &Places, mut out: ArrayViewMut2<f64>) {
+    Zip::indexed(&mut out).for_each(|(i, j), d| *d = from.distance_m(first + i, to, j));
 }

@@ -275,7 +275,10 @@ mod tests {
         belief::Uncertainty,
         geometry::Pose,
         learning::recipe::{DescentConfig, Optimiser},
-        recording::{Channel, Columns, Recording, split::SplitConfig},
+        recording::{
+            Channel, Columns, Recording,
+            split::{SplitConfig, Unit},
+        },
     };
     use rand::RngExt;
 
@@ -312,7 +315,7 @@ mod tests {
 
     fn recipe() -> Recipe {
         let split = SplitConfig {
-            stretch_m: None,
+            unit: Unit::Runs,
             folds: 3,
             test_fold: None,
             validation_every: 3,

@@ -161,18 +161,30 @@ impl Model {
         Self::from_arrays(path, &meta, arrays)
     }
 
+    /// Is this a name that [`Model::write`] knows a container for? Asked before the work, not after it.
+    ///
+    /// # Errors
+    /// Where its ending is neither `.safetensors` nor `.npz`: the call is wrong.
+    pub fn check_name(path: &Path) -> Result<()> {
+        match path.extension().and_then(|e| e.to_str()) {
+            Some("safetensors" | "npz") => Ok(()),
+            _ => Err(Error::usage(format!(
+                "{}: no such model format; expected a name ending in .safetensors or .npz",
+                path.display()
+            ))),
+        }
+    }
+
     /// Writes the model, whole or not at all; the container follows from the file name's ending.
     ///
     /// # Errors
     /// Where the ending is neither `.safetensors` nor `.npz` (a wrong call), or the file can't be written.
     pub fn write(&self, path: &Path) -> Result<()> {
-        match path.extension().and_then(|e| e.to_str()) {
-            Some("safetensors") => safetensors::write(path, &self.meta()?, &self.arrays()),
-            Some("npz") => npz::write(path, &self.meta()?, &self.arrays()),
-            _ => Err(Error::usage(format!(
-                "{}: no such model format; expected a name ending in .safetensors or .npz",
-                path.display()
-            ))),
+        Self::check_name(path)?;
+        if path.extension().is_some_and(|e| e == "npz") {
+            npz::write(path, &self.meta()?, &self.arrays())
+        } else {
+            safetensors::write(path, &self.meta()?, &self.arrays())
         }
     }
 

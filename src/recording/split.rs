@@ -14,32 +14,74 @@ use serde::{Deserialize, Serialize};
 ///
 /// ```
 /// let config: ballmark::recording::split::SplitConfig =
-///     serde_json::from_str(r#"{"stretch_m": 10.0, "folds": 5, "test_fold": 0, "validation_every": 4}"#).unwrap();
-/// assert_eq!(config.stretch_m, Some(10.0));
+///     serde_json::from_str(r#"{"unit": "10m", "folds": 5, "test_fold": 0, "validation_every": 4}"#).unwrap();
+/// assert_eq!(config.unit, ballmark::recording::split::Unit::Stretch(10.0));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SplitConfig {
-    /// Metres of true path in a stretch; without it the units are whole runs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stretch_m: Option<f64>,
+    /// What is never cut.
+    pub unit: Unit,
     /// Number of folds that the units are dealt to in turn.
     pub folds: usize,
     /// The fold to test on; without it nothing is held back for testing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub test_fold: Option<usize>,
-    /// One unit in so many of those not tested on is for validation; 0: none.
+    /// One unit in so many of those not tested on is for validation, where there are so many; 0: none.
     pub validation_every: usize,
 }
 
+/// What a split never cuts. Written `"runs"`, `"15m"` or `"auto"`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Unit {
+    /// Whole runs where there are at least [`ENOUGH_RUNS`], else stretches of [`AUTO_STRETCH_M`].
+    Auto,
+    /// Whole runs.
+    Runs,
+    /// Stretches of so many metres of true path inside a run.
+    Stretch(f64),
+}
+
+/// With so many runs, [`Unit::Auto`] keeps them whole.
+pub const ENOUGH_RUNS: usize = 6;
+
+/// Stretches of [`Unit::Auto`], in metres.
+pub const AUTO_STRETCH_M: f64 = 15.0;
+
+impl TryFrom<String> for Unit {
+    type Error = Error;
+
+    fn try_from(text: String) -> Result<Self> {
+        let metres = |text: &str| text.strip_suffix('m')?.trim().parse::<f64>().ok();
+        match text.trim() {
+            "auto" => Ok(Unit::Auto),
+            "runs" => Ok(Unit::Runs),
+            other => metres(other).filter(|m| m.is_finite() && *m > 0.0).map(Unit::Stretch).ok_or_else(|| {
+                Error::usage(format!("split: `unit` is {text:?}; expected \"runs\", \"auto\" or metres such as \"15m\""))
+            }),
+        }
+    }
+}
+
+impl From<Unit> for String {
+    fn from(unit: Unit) -> Self {
+        match unit {
+            Unit::Auto => "auto".into(),
+            Unit::Runs => "runs".into(),
+            Unit::Stretch(metres) => format!("{metres}m"),
+        }
+    }
+}
+
 impl Default for SplitConfig {
-    /// Stretches of 10 m in five folds, the first one tested on, one unit in five of the rest for validation.
+    /// Four folds none of which is tested on, one unit in six for validation.
     fn default() -> Self {
         Self {
-            stretch_m: Some(10.0),
-            folds: 5,
-            test_fold: Some(0),
-            validation_every: 5,
+            unit: Unit::Auto,
+            folds: 4,
+            test_fold: None,
+            validation_every: 6,
         }
     }
 }
@@ -66,8 +108,10 @@ impl SplitConfig {
                 "split: `{key}` is {value}; expected {expected}"
             )))
         };
-        if let Some(stretch) = self.stretch_m.filter(|s| !(s.is_finite() && *s > 0.0)) {
-            return wrong("stretch_m", stretch.to_string(), "metres above 0");
+        if let Unit::Stretch(metres) = self.unit
+            && !(metres.is_finite() && metres > 0.0)
+        {
+            return wrong("unit", metres.to_string(), "metres above 0");
         }
         if self.folds == 0 {
             return wrong("folds", "0".into(), "at least 1");
@@ -98,17 +142,28 @@ impl SplitConfig {
         Ok(())
     }
 
+    /// Metres of a stretch; `None`: whole runs.
+    fn stretch_m(&self, recording: &Recording) -> Option<f64> {
+        match self.unit {
+            Unit::Runs => None,
+            Unit::Auto if recording.runs().len() >= ENOUGH_RUNS => None,
+            Unit::Auto => Some(AUTO_STRETCH_M),
+            Unit::Stretch(metres) => Some(metres),
+        }
+    }
+
     /// Splits a recording.
     ///
     /// # Errors
-    /// Where the configuration is wrong, or the recording has too few units for every part that is asked for.
+    /// Where the configuration is wrong, or the recording has too few units to learn from, or to test on where that is asked for. With too
+    /// few to validate, the validation part is empty.
     ///
     /// ```
     /// # let log: Vec<u8> = (0..40).flat_map(|x| format!("FLASER 1 1.5 {x} 0 0 {x} 0 0 {x} h {x}\n").into_bytes()).collect();
     /// # let recording = ballmark::recording::carmen::read("walk.log".as_ref(), &log, None)?.recording;
-    /// use ballmark::recording::split::SplitConfig;
+    /// use ballmark::recording::split::{SplitConfig, Unit};
     /// // 40 snapshots, one a metre: stretches 0 to 3; 0 and 2 are fold 0.
-    /// let config = SplitConfig { stretch_m: Some(10.0), folds: 2, test_fold: Some(0), validation_every: 2 };
+    /// let config = SplitConfig { unit: Unit::Stretch(10.0), folds: 2, test_fold: Some(0), validation_every: 2 };
     /// let split = config.split(&recording)?;
     /// assert_eq!(split.test[10], 20);
     /// assert_eq!((split.train.len(), split.validation.len(), split.test.len()), (10, 10, 20));
@@ -118,7 +173,8 @@ impl SplitConfig {
         self.check()?;
         let mut split = Split::default();
         let mut rest = 0;
-        let units = units(recording, self.stretch_m);
+        let stretch_m = self.stretch_m(recording);
+        let units = units(recording, stretch_m);
         let count = units.len();
         for (number, unit) in units.into_iter().enumerate() {
             let part = if self.test_fold == Some(number % self.folds) {
@@ -135,16 +191,11 @@ impl SplitConfig {
         for (part, asked, snapshots) in [
             ("learn from", true, &split.train),
             ("test on", self.test_fold.is_some(), &split.test),
-            (
-                "validate with",
-                self.validation_every > 0,
-                &split.validation,
-            ),
         ] {
             if asked && snapshots.is_empty() {
                 return Err(Error::work(format!(
                     "split: the recording has {count} {}, which leaves none to {part}; expected more, shorter stretches, or another split",
-                    if self.stretch_m.is_some() {
+                    if stretch_m.is_some() {
                         "stretches"
                     } else {
                         "runs"
@@ -223,7 +274,7 @@ mod tests {
             for stretch_m in [2.0, 7.5, 15.0] {
                 for test_fold in [None, Some(0), Some(2)] {
                     let config = SplitConfig {
-                        stretch_m: Some(stretch_m),
+                        unit: Unit::Stretch(stretch_m),
                         folds: 3,
                         test_fold,
                         validation_every: 3,
@@ -262,7 +313,7 @@ mod tests {
         let mut tested = vec![0; 200];
         for fold in 0..5 {
             let config = SplitConfig {
-                stretch_m: None,
+                unit: Unit::Runs,
                 folds: 5,
                 test_fold: Some(fold),
                 validation_every: 2,
@@ -281,7 +332,7 @@ mod tests {
     fn impossible_splits_are_refused() {
         let one_run = recording(1, 50, 1);
         let runs = SplitConfig {
-            stretch_m: None,
+            unit: Unit::Runs,
             folds: 2,
             test_fold: Some(0),
             validation_every: 0,
@@ -294,7 +345,7 @@ mod tests {
         );
         for wrong in [
             SplitConfig {
-                stretch_m: Some(0.0),
+                unit: Unit::Stretch(0.0),
                 ..runs
             },
             SplitConfig { folds: 0, ..runs },
@@ -310,7 +361,47 @@ mod tests {
         ] {
             assert!(wrong.check().unwrap_err().is_usage(), "{wrong:?}");
         }
-        let unknown = serde_json::from_str::<SplitConfig>(r#"{"strech_m": 10}"#);
-        assert!(unknown.unwrap_err().to_string().contains("strech_m"));
+        let unknown = serde_json::from_str::<SplitConfig>(r#"{"units": "10m"}"#);
+        assert!(unknown.unwrap_err().to_string().contains("units"));
+        let nonsense = serde_json::from_str::<SplitConfig>(r#"{"unit": "10 ft"}"#);
+        assert!(nonsense.unwrap_err().to_string().contains("10 ft"));
+    }
+
+    #[test]
+    fn a_config_comes_back_as_it_was_written() {
+        for unit in [Unit::Auto, Unit::Runs, Unit::Stretch(7.5)] {
+            for test_fold in [None, Some(2)] {
+                let config = SplitConfig {
+                    unit,
+                    test_fold,
+                    ..SplitConfig::default()
+                };
+                let text = serde_json::to_string(&config).unwrap();
+                assert_eq!(
+                    serde_json::from_str::<SplitConfig>(&text).unwrap(),
+                    config,
+                    "{text}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn many_runs_stay_whole_by_themselves() {
+        let config = SplitConfig {
+            validation_every: 2,
+            ..SplitConfig::default()
+        };
+        assert_eq!(
+            config.split(&recording(1, 60, 6)).unwrap().validation,
+            [10..20, 30..40, 50..60]
+                .map(|r| r.collect::<Vec<_>>())
+                .concat()
+        );
+        let one_run = recording(1, 60, 1); // about 30 m: stretches of 15 m
+        assert_eq!(
+            config.split(&one_run).unwrap().validation[0],
+            one_run.travelled_m().partition_point(|d| *d < 15.0)
+        );
     }
 }
