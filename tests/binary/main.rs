@@ -1,3 +1,4 @@
 //! The real binary, called as a user calls it: one test binary for all commands.
 
+mod import;
 mod support;
