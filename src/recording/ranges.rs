@@ -3,7 +3,7 @@
 //! A sensor without an echo still writes a number: 81.91, 50, about 51.1, … Which one differs between sensors, drivers
 //! and settings, so it is found in the log itself. Two properties tell it from a far wall:
 //!
-//! 1. *It piles up at the end.* The farthest 1 % of distances holds at least ten times as many readings as each of the ten
+//! 1. *It piles up at the end.* The farthest 0.4 % of distances holds at least five times as many readings as each of the ten
 //!    equally wide bands below it: real distances thin out towards the far end, they don't gather there.
 //! 2. *It does not depend on the place.* The pile is there from at least three different square metres of floor. A wall far
 //!    away has the same distance (to 0.2 %) only while the robot stands still or turns on the spot.
@@ -19,11 +19,13 @@ use ndarray::{ArrayView2, ArrayViewMut2};
 use std::collections::BTreeSet;
 
 /// Width of the band of farthest readings, as a share of the farthest.
-const BAND: f32 = 0.01;
+const BAND: f32 = 0.004;
 /// Bands below it that it is compared with.
 const BANDS_BELOW: u8 = 10;
 /// How many times fuller than each of them it must be.
-const PILE_RATIO: usize = 10;
+const PILE_RATIO: usize = 5;
+/// Fewer readings than this are no pile.
+const PILE_LEAST: usize = 10;
 /// One reading in so many may lie beyond the pile.
 const READINGS_PER_STRAY: usize = 2000;
 /// Jitter of a no-return value, as a share of it: in one of the public logs it spans 51.01 to 51.16.
@@ -95,7 +97,7 @@ fn pile(farthest_first: &[f32]) -> Option<f32> {
             .map(|edge| below(edge - top * BAND) - below(edge))
             .max()
             .unwrap_or(0);
-        if end < n && end - start >= PILE_RATIO * fullest.max(1) {
+        if end < n && end - start >= PILE_LEAST.max(PILE_RATIO * fullest) {
             let no_return = most_frequent(&farthest_first[start..end]);
             return Some(smallest_from(farthest_first, no_return * (1.0 - JITTER)));
         }

@@ -244,7 +244,11 @@ impl<'a> Fields<'a> {
 
 /// Step of a scanner that covers 180°: with 180 or 360 beams the last one is left out, with 181 or 361 it is there.
 fn half_circle_step_rad(beams: usize) -> f64 {
-    let steps = if beams % 2 == 0 { beams } else { beams - 1 };
+    let steps = if beams.is_multiple_of(2) {
+        beams
+    } else {
+        beams - 1
+    };
     PI / steps.max(1) as f64
 }
 

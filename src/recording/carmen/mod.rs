@@ -12,7 +12,7 @@
 //!
 //! A snapshot whose place is more than 5 m from the one before, without the odometry saying so, starts a new run: the log has
 //! a gap there. Stamps are kept as recorded, and the order of lines is the order of time, since clocks in real logs are
-//! sometimes broken. No-return readings are found as [`ranges`](super::ranges) tells.
+//! sometimes broken. No-return readings are found as [`ranges`] tells.
 
 mod message;
 mod odometry;
