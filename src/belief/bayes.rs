@@ -20,14 +20,13 @@ use std::sync::Arc;
 /// let Places::Route(cells) = &**grid.places() else { unreachable!() };
 /// let near_a_door = |x: f64| [2.0, 3.0, 7.0].iter().any(|door| (x - door).abs() < 0.25);
 /// let door: Vec<f64> = cells.iter().map(|&x| if near_a_door(x) { 0.8_f64 } else { 0.1 }.ln()).collect();
-/// let (truth, wrong) = (Places::Route(vec![3.0]), Places::Route(vec![7.0]));
+/// let [truth, wrong, ahead] = [3.0, 7.0, 8.0].map(|x| Places::Route(vec![x]));
 ///
 /// let mut robot = Bayes::new(&grid, OdometryMotion::default(), Belief::uniform(grid.places())?)?;  // (a)
 /// robot.correct(&door)?;                                                                           // (b)
 /// let three_peaks = robot.belief().clone();
 /// assert!((three_peaks.mass_within_m(&truth, 0, 0.25) - three_peaks.mass_within_m(&wrong, 0, 0.25)).abs() < 1e-12);
 /// robot.predict(&Displacement { forward_m: 1.0, left_m: 0.0, turn_rad: 0.0 })?;                    // (c)
-/// let ahead = Places::Route(vec![8.0]);
 /// let (peak, moved) = (three_peaks.mass_within_m(&wrong, 0, 0.25), robot.belief().mass_within_m(&ahead, 0, 0.25));
 /// assert!(moved > 0.8 * peak && moved < peak); // shifted, and slightly flattened
 /// robot.correct(&door)?;                                                                           // (d)
@@ -87,10 +86,9 @@ impl Bayes {
 /// it was.
 pub fn correct(belief: &mut Belief, log_likelihood: &[f64]) -> Result<()> {
     if log_likelihood.len() != belief.mass().len() {
+        let (values, places) = (log_likelihood.len(), belief.mass().len());
         return Err(Error::work(format!(
-            "likelihood: {} values for {} places",
-            log_likelihood.len(),
-            belief.mass().len()
+            "likelihood: {values} values for {places} places"
         )));
     }
     // Only places that are believed in may set the scale: if the best of all places were far off, all the others could
