@@ -211,6 +211,8 @@ mod tests {
         let truth = Places::Route(vec![9.0, 2.5]);
         assert_eq!(belief.mass(), [0.25, 0.5, 0.25]);
         assert_eq!(belief.mode(), 1);
+        let twins = Belief::from_mass(&line(3), vec![1.0, 2.0, 2.0]).unwrap();
+        assert_eq!(twins.mode(), 1, "of equals, the first");
         assert_eq!(belief.point_error_m(&truth, 1), 1.5);
         assert_eq!(
             belief.expected_error_m(&truth, 1),

@@ -88,6 +88,12 @@ impl Grid {
         }
         match mapped {
             Places::Route(route) => {
+                if let Some(bad) = route.iter().position(|x| !x.is_finite()) {
+                    return Err(Error::work(format!(
+                        "grid: snapshot {bad} lies at {} m along the route; expected a finite number",
+                        route[bad]
+                    )));
+                }
                 let (low, high) = route
                     .iter()
                     .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
@@ -238,6 +244,9 @@ mod tests {
                 .unwrap_err()
                 .is_usage()
         );
+        let nowhere = Places::Route(vec![0.0, f64::NAN]);
+        let told = Grid::over(&nowhere, &GridConfig::default()).unwrap_err();
+        assert!(told.to_string().contains("snapshot 1"), "{told}");
         let far = Places::Plane(vec![Pose::new(1e300, 0.0, 0.0)]);
         let told = Grid::over(&far, &GridConfig::default()).unwrap_err();
         assert!(told.to_string().contains("snapshot 0"), "{told}");

@@ -19,7 +19,7 @@ impl Kernel {
     ///
     /// `variance` in cells²; at most `most` cells wide on either side.
     pub(super) fn gaussian(variance: f64, most: usize) -> Self {
-        if !(variance > LEAST_VARIANCE) {
+        if variance.is_nan() || variance <= LEAST_VARIANCE {
             return Self { weights: vec![1.0] };
         }
         // Wider than the grid is flat: no use in going on.

@@ -57,14 +57,14 @@ impl Lattice {
     ) -> Result<Self> {
         let reach = margin_m / cell_m;
         // A disc holds about π·reach² sites: refuse before filling it.
-        if !(reach * reach * 3.0 <= most_sites as f64) {
-            let least = (reach * reach * 3.0).ceil();
+        let least = (reach * reach * 3.0).ceil();
+        if least > most_sites as f64 {
             return Err(too_many(&format!("{least}"), cell_m, most_sites));
         }
         let mut sites = HashSet::new();
         for (index, pose) in poses.iter().enumerate() {
             let (x, y) = (pose.x_m / cell_m, pose.y_m / cell_m);
-            if !(x.abs().max(y.abs()) < FARTHEST) {
+            if !pose.is_finite() || x.abs().max(y.abs()) >= FARTHEST {
                 return Err(Error::work(format!(
                     "grid: snapshot {index} lies at ({}, {}) m, more than {FARTHEST:e} cells of {cell_m} m from the origin",
                     pose.x_m, pose.y_m

@@ -20,6 +20,8 @@ mod transport;
 
 #[cfg(test)]
 mod laws;
+#[cfg(test)]
+mod witnesses;
 
 pub use bayes::Bayes;
 pub use belief::Belief;
