@@ -379,3 +379,188 @@ fn openings(line: usize, random: &mut Stream) -> Vec<Opening> {
     }));
     openings
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::enclosure::check_enclosed;
+
+    fn config(runs: usize, spacing_m: f64) -> CorridorConfig {
+        CorridorConfig {
+            runs,
+            spacing_m,
+            ..CorridorConfig::default()
+        }
+    }
+
+    /// All that a recording holds, as bits, so that NaN equals NaN.
+    fn bits(recording: &Recording, count: usize) -> Vec<u64> {
+        let c = recording.columns();
+        let width = c.values.ncols();
+        let values = c
+            .values
+            .iter()
+            .take(count * width)
+            .map(|value| u64::from(value.to_bits()));
+        let poses = c
+            .pose
+            .iter()
+            .take(count)
+            .chain(c.odometry.iter().take(count));
+        let numbers = poses.flat_map(|pose| [pose.x_m, pose.y_m, pose.heading_rad]);
+        let rows = c
+            .stamp_s
+            .iter()
+            .take(count)
+            .chain(c.route_m.iter().flatten().take(count))
+            .copied();
+        values
+            .chain(numbers.chain(rows).map(f64::to_bits))
+            .collect()
+    }
+
+    #[test]
+    fn the_route_is_89_m_and_free_in_every_run() {
+        let route = route().unwrap();
+        assert!((route.length_m() - LENGTH_M).abs() < 1e-9);
+        for run in 0..30 {
+            let plan = plan_of_run(Seed(9), run).unwrap();
+            check_enclosed(&plan, &route.at(0.0).0, 0.27).unwrap();
+            for step in 0..=890 {
+                let clearance_m = plan.clearance_m(&route.at(f64::from(step) / 10.0).0);
+                // Bins reach in to 1.2 − 0.42 = 0.78 m of the middle: the deviation's limit and the robot still fit.
+                assert!(clearance_m > 0.4 + 0.27, "run {run}, {step}: {clearance_m}");
+                assert!(clearance_m < 2.2, "the widest place is the hallway's mouth");
+            }
+        }
+    }
+
+    #[test]
+    fn doors_and_bins_differ_between_runs_and_walls_do_not() {
+        let plans: Vec<FloorPlan> = (0..20)
+            .map(|run| plan_of_run(Seed(4), run).unwrap())
+            .collect();
+        let of = |plan: &FloorPlan, material| -> Vec<Wall> {
+            plan.walls()
+                .iter()
+                .filter(|wall| wall.material == material)
+                .copied()
+                .collect()
+        };
+        let bins: Vec<usize> = plans
+            .iter()
+            .map(|plan| of(plan, PLASTIC).len() / 12)
+            .collect();
+        assert!(
+            bins.contains(&3)
+                && bins.contains(&4)
+                && bins.iter().all(|bins| (3..=4).contains(bins)),
+            "{bins:?}"
+        );
+        for plan in &plans[1..] {
+            assert_ne!(of(plan, WOOD), of(&plans[0], WOOD));
+            assert_ne!(of(plan, PLASTIC), of(&plans[0], PLASTIC));
+            assert_eq!(of(plan, PAINTED_BLOCK), of(&plans[0], PAINTED_BLOCK));
+        }
+    }
+
+    #[test]
+    fn a_run_is_the_same_however_many_runs_and_threads_there_are() {
+        let few = thrun1998(Seed(7), &config(2, 1.0)).unwrap();
+        let many = thrun1998(Seed(7), &config(5, 1.0)).unwrap();
+        assert_eq!(bits(&few, few.len()), bits(&many, few.len()));
+        let with_threads = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| thrun1998(Seed(7), &config(5, 1.0)))
+                .unwrap()
+        };
+        for threads in [1, 3] {
+            assert_eq!(
+                bits(&with_threads(threads), many.len()),
+                bits(&many, many.len())
+            );
+        }
+        let other = thrun1998(Seed(8), &config(2, 1.0)).unwrap();
+        assert_ne!(bits(&other, 10), bits(&few, 10));
+    }
+
+    #[test]
+    fn one_place_looks_alike_in_two_runs_and_unlike_the_rest() {
+        let recording = thrun1998(Seed(1), &config(4, 0.5)).unwrap();
+        let (route, values) = (recording.route_m().unwrap(), recording.values());
+        let seen = |reading: f32| {
+            if reading.is_nan() {
+                4.0
+            } else {
+                reading.min(4.0)
+            }
+        };
+        let unlike = |a: usize, b: usize| -> f64 {
+            values
+                .row(a)
+                .iter()
+                .zip(values.row(b))
+                .map(|(&x, &y)| f64::from((seen(x) - seen(y)).abs()))
+                .sum()
+        };
+        let (mut near, mut far) = (Vec::new(), Vec::new());
+        let last = recording.runs()[3].clone();
+        for a in last.clone() {
+            for b in 0..last.start {
+                let apart_m = (route[a] - route[b]).abs();
+                if apart_m < 0.25 {
+                    near.push(unlike(a, b))
+                } else if apart_m > 5.0 {
+                    far.push(unlike(a, b))
+                }
+            }
+        }
+        let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+        assert!(
+            mean(&near) < 0.75 * mean(&far),
+            "{} and {}",
+            mean(&near),
+            mean(&far)
+        );
+    }
+
+    #[test]
+    fn calls_that_make_no_sense_are_told() {
+        for (config, expected) in [
+            (config(0, 1.0), "`runs` is 0"),
+            (config(2, 0.0), "`spacing_m` is 0"),
+            (
+                CorridorConfig {
+                    sonar: SonarConfig {
+                        beams: 0,
+                        ..Default::default()
+                    },
+                    ..config(1, 1.0)
+                },
+                "`beams` is 0",
+            ),
+        ] {
+            let error = thrun1998(Seed(1), &config).unwrap_err();
+            assert!(
+                error.is_usage() && error.to_string().contains(expected),
+                "{error}"
+            );
+        }
+        let giant = RobotConfig {
+            radius_m: 1.5,
+            ..Default::default()
+        };
+        let error = thrun1998(
+            Seed(1),
+            &CorridorConfig {
+                robot: giant,
+                ..config(1, 1.0)
+            },
+        )
+        .unwrap_err();
+        assert!(error.to_string().contains("starts in a wall"), "{error}");
+    }
+}

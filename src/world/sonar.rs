@@ -25,6 +25,9 @@ pub struct SonarConfig {
     pub opening_rad: f64,
     /// Rays that sample the cone, evenly from edge to edge.
     pub rays: usize,
+    /// Standard deviation by which a reading's cone points aside of its sonar's axis, radians: in restless air, and
+    /// between pulses, the lobe is never quite the same.
+    pub axis_sd_rad: f64,
     /// Shortest reading: the transducer still rings from its own pulse until then, metres.
     pub minimum_m: f64,
     /// Longest reading; from there on there is no return, metres.
@@ -52,7 +55,8 @@ impl Default for SonarConfig {
             beams: 24,
             ring_radius_m: 0.26,
             opening_rad: 25_f64.to_radians(),
-            rays: 9,
+            rays: 17,
+            axis_sd_rad: 0.04,
             minimum_m: 0.15,
             maximum_m: 10.0,
             reflections: 3,
@@ -60,8 +64,8 @@ impl Default for SonarConfig {
             noise_m: 0.01,
             noise_per_m: 0.01,
             resolution_m: 0.01,
-            short_probability: 0.01,
-            lost_probability: 0.02,
+            short_probability: 0.02,
+            lost_probability: 0.03,
         }
     }
 }
@@ -120,6 +124,7 @@ impl Sonar {
         }
         for (key, value) in [
             ("ring_radius_m", config.ring_radius_m),
+            ("axis_sd_rad", config.axis_sd_rad),
             ("minimum_m", config.minimum_m),
             ("capture_radius_m", config.capture_radius_m),
             ("noise_m", config.noise_m),
@@ -169,16 +174,32 @@ impl Sonar {
     /// One reading of every sonar at a pose, with noise: metres, NaN = no return.
     pub fn read(&self, caster: &Raycaster, pose: &Pose, random: &mut impl Rng) -> Vec<f32> {
         (0..self.config.beams)
-            .map(|beam| self.corrupted(self.echo_m(caster, pose, beam), random))
-            .map(|reading_m| reading_m.map_or(f32::NAN, |metres| metres as f32))
+            .map(|beam| {
+                let normal: f64 = random.sample(StandardNormal);
+                let bearing_rad = self.bearing_rad(beam) + normal * self.config.axis_sd_rad;
+                let echo_m = self.nearest_m(caster, pose, beam, bearing_rad);
+                self.corrupted(echo_m, random)
+                    .map_or(f32::NAN, |metres| metres as f32)
+            })
             .collect()
     }
 
     /// The nearest echo that a sonar hears, without noise, in metres from its transducer.
     pub fn echo_m(&self, caster: &Raycaster, pose: &Pose, beam: usize) -> Option<f64> {
-        let bearing_rad = pose.heading_rad + self.bearing_rad(beam);
-        let transducer =
-            Point2::new(pose.x_m, pose.y_m) + unit(bearing_rad) * self.config.ring_radius_m;
+        self.nearest_m(caster, pose, beam, self.bearing_rad(beam))
+    }
+
+    /// The nearest echo in a sonar's cone while that points along `bearing_rad` in the robot's frame.
+    fn nearest_m(
+        &self,
+        caster: &Raycaster,
+        pose: &Pose,
+        beam: usize,
+        bearing_rad: f64,
+    ) -> Option<f64> {
+        let outward = unit(pose.heading_rad + self.bearing_rad(beam));
+        let transducer = Point2::new(pose.x_m, pose.y_m) + outward * self.config.ring_radius_m;
+        let axis_rad = pose.heading_rad + bearing_rad;
         let last = (self.config.rays - 1).max(1) as f64;
         let echoes = (0..self.config.rays).filter_map(|ray| {
             let share = if self.config.rays == 1 {
@@ -189,7 +210,7 @@ impl Sonar {
             self.ray_echo_m(
                 caster,
                 &transducer,
-                unit(bearing_rad + share * self.config.opening_rad),
+                unit(axis_rad + share * self.config.opening_rad),
             )
         });
         echoes.min_by(f64::total_cmp)
@@ -260,4 +281,276 @@ impl Sonar {
 
 fn unit(angle_rad: f64) -> Vector2<f64> {
     Vector2::new(angle_rad.cos(), angle_rad.sin())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        seed::Seed,
+        world::{
+            FloorPlan, Material, Opening, OpeningKind, Room, Wall, WallLine, floor_plan::round,
+        },
+    };
+
+    const MIRROR: Material = Material {
+        reflectivity: 1.0,
+        critical_angle_rad: 0.1,
+    };
+    const ROUGH: Material = Material {
+        reflectivity: 1.0,
+        critical_angle_rad: 0.35,
+    };
+
+    fn sonar() -> Sonar {
+        Sonar::new(SonarConfig::default()).unwrap()
+    }
+
+    /// A wall at 2 m whose normal is turned from the x axis.
+    fn wall(turned_deg: f64, material: Material) -> Wall {
+        let normal = unit(turned_deg.to_radians());
+        let (foot, along) = (
+            Point2::origin() + normal * 2.0,
+            Vector2::new(-normal.y, normal.x) * 9.0,
+        );
+        Wall::new(foot - along, foot + along, material)
+    }
+
+    /// What the sonar straight ahead hears from a place.
+    fn ahead_m(walls: Vec<Wall>, pose: Pose) -> Option<f64> {
+        sonar().echo_m(&Raycaster::new(FloorPlan::new(walls).unwrap()), &pose, 0)
+    }
+
+    #[test]
+    fn a_wall_is_heard_at_its_foot_while_that_is_in_the_cone() {
+        let heard =
+            |turned_deg, material| ahead_m(vec![wall(turned_deg, material)], Pose::default());
+        // The transducer stands 0.26 m ahead, so it is 2 − 0.26 cos(turn) from the wall.
+        for turned_deg in [0.0, 5.0, -10.0] {
+            let expected_m = 2.0 - 0.26 * f64::cos(f64::to_radians(turned_deg));
+            assert!((heard(turned_deg, MIRROR).unwrap() - expected_m).abs() < 1e-3);
+        }
+        // At 30° the ray at the cone's edge, 12.5° aside, meets the wall at 17.5°: within 0.35 rad, beyond 0.1 rad.
+        let foot_m = 2.0 - 0.26 * 30_f64.to_radians().cos();
+        let edge_m = foot_m / 17.5_f64.to_radians().cos();
+        assert!((heard(30.0, ROUGH).unwrap() - edge_m).abs() < 1e-9);
+        assert_eq!(heard(30.0, MIRROR), None);
+        assert_eq!(heard(50.0, ROUGH), None);
+    }
+
+    #[test]
+    fn the_nearest_thing_in_the_cone_is_heard() {
+        let pole = |aside_deg: f64| {
+            round(
+                Point2::origin() + unit(aside_deg.to_radians()) * 1.3,
+                0.05,
+                16,
+                ROUGH,
+            )
+        };
+        let with_pole = |aside_deg| {
+            let walls = [vec![wall(0.0, MIRROR)], pole(aside_deg)].concat();
+            ahead_m(walls, Pose::default()).unwrap()
+        };
+        assert!((with_pole(8.0) - 1.0).abs() < 0.05, "in the cone");
+        assert!((with_pole(25.0) - 1.74).abs() < 1e-9, "out of the cone");
+    }
+
+    #[test]
+    fn a_corner_of_mirrors_throws_sound_back() {
+        let corner = |x: f64| {
+            vec![
+                Wall::new(Point2::new(x, 2.0), Point2::new(x, -9.0), MIRROR),
+                Wall::new(Point2::new(x, 2.0), Point2::new(-9.0, 2.0), MIRROR),
+            ]
+        };
+        for aside_deg in [0.0, 1.0, -9.0_f64] {
+            let pose = Pose::new(0.0, 0.0, (45.0 + aside_deg).to_radians());
+            let transducer = Point2::origin() + unit(pose.heading_rad) * 0.26;
+            let expected_m = (Point2::new(2.0, 2.0) - transducer).norm();
+            let heard_m = ahead_m(corner(2.0), pose).unwrap();
+            assert!(
+                (heard_m - expected_m).abs() < 0.01,
+                "{heard_m} for {expected_m}"
+            );
+        }
+        let turned_away = Pose::new(0.0, 0.0, 20_f64.to_radians());
+        assert_eq!(ahead_m(corner(2.0), turned_away), None);
+    }
+
+    #[test]
+    fn a_door_frame_is_heard_where_the_bare_wall_is_not() {
+        let (from, to) = (Point2::new(0.0, 1.0), Point2::new(10.0, 1.0));
+        let line = WallLine {
+            from,
+            to,
+            corridor_on_left: false,
+            material: MIRROR,
+        };
+        let room = Room {
+            before_m: 1.0,
+            after_m: 1.0,
+            depth_m: 3.0,
+        };
+        let kind = OpeningKind::Door {
+            setback_m: 0.12,
+            opened_rad: 0.0,
+            room,
+            leaf: MIRROR,
+            frame: MIRROR,
+        };
+        let door = Opening {
+            at_m: 4.0,
+            width_m: 1.0,
+            kind,
+        };
+        // The far corner between leaf and frame lies at (5, 1.12): 1.12 √2 away at 45°, less the ring's radius.
+        let pose = Pose::new(3.88, 0.0, PI / 4.0);
+        let heard_m = ahead_m(line.with(&[door]).unwrap(), pose).unwrap();
+        assert!(
+            (heard_m - (1.12 * 2_f64.sqrt() - 0.26)).abs() < 0.01,
+            "{heard_m}"
+        );
+        assert_eq!(ahead_m(line.with(&[]).unwrap(), pose), None);
+    }
+
+    #[test]
+    fn nothing_is_heard_past_the_maximum_or_off_a_dull_surface() {
+        let dull = Material {
+            reflectivity: 0.1,
+            ..ROUGH
+        };
+        assert_eq!(ahead_m(vec![wall(0.0, dull)], Pose::default()), None);
+        assert_eq!(
+            ahead_m(vec![wall(0.0, ROUGH)], Pose::new(-9.0, 0.0, 0.0)),
+            None
+        );
+        assert!(ahead_m(vec![wall(0.0, ROUGH)], Pose::new(-7.5, 0.0, 0.0)).is_some());
+    }
+
+    #[test]
+    fn noise_has_the_stated_statistics() {
+        let config = SonarConfig {
+            short_probability: 0.1,
+            lost_probability: 0.2,
+            resolution_m: 0.0,
+            ..Default::default()
+        };
+        let (sonar, n) = (Sonar::new(config).unwrap(), 100_000);
+        let mut random = Seed(5).stream("noise");
+        let readings: Vec<Option<f64>> = (0..n)
+            .map(|_| sonar.corrupted(Some(3.0), &mut random))
+            .collect();
+        let lost = readings.iter().filter(|reading| reading.is_none()).count() as f64 / n as f64;
+        assert!((lost - 0.2).abs() < 0.005, "{lost}"); // 4 standard errors
+        // Short ones are uniform on [0.15, 3]: 2.35/2.85 of them lie below 2.5, where no noisy echo comes.
+        let short: Vec<f64> = readings
+            .iter()
+            .flatten()
+            .copied()
+            .filter(|&metres| metres < 2.5)
+            .collect();
+        let share = short.len() as f64 / n as f64;
+        assert!((share - 0.1 * 2.35 / 2.85).abs() < 0.004, "{share}");
+        let mean = short.iter().sum::<f64>() / short.len() as f64;
+        assert!((mean - (0.15 + 2.5) / 2.0).abs() < 0.03, "{mean}");
+
+        let sonar = Sonar::new(SonarConfig {
+            short_probability: 0.0,
+            lost_probability: 0.0,
+            ..sonar.config
+        })
+        .unwrap();
+        let errors: Vec<f64> = (0..n)
+            .map(|_| sonar.corrupted(Some(3.0), &mut random).unwrap() - 3.0)
+            .collect();
+        let mean = errors.iter().sum::<f64>() / n as f64;
+        let sd = (errors.iter().map(|error| error * error).sum::<f64>() / n as f64).sqrt();
+        // 0.01 + 0.01 · 3 m
+        assert!(
+            mean.abs() < 0.0006 && (sd - 0.04).abs() < 0.0004,
+            "{mean} ± {sd}"
+        );
+    }
+
+    #[test]
+    fn readings_step_by_the_resolution_and_stay_in_their_bounds() {
+        let sonar = Sonar::new(SonarConfig {
+            short_probability: 0.0,
+            resolution_m: 0.05,
+            ..Default::default()
+        })
+        .unwrap();
+        let mut random = Seed(6).stream("noise");
+        for echo_m in [0.02, 1.3, 9.99] {
+            for reading_m in (0..2000).filter_map(|_| sonar.corrupted(Some(echo_m), &mut random)) {
+                let steps = reading_m / 0.05;
+                assert!((steps - steps.round()).abs() < 1e-9 && (0.15..10.0).contains(&reading_m));
+            }
+        }
+    }
+
+    #[test]
+    fn constants_out_of_bounds_are_told_by_name() {
+        let default = SonarConfig::default;
+        for (key, config) in [
+            (
+                "beams",
+                SonarConfig {
+                    beams: 0,
+                    ..default()
+                },
+            ),
+            (
+                "rays",
+                SonarConfig {
+                    rays: 1_000_000,
+                    ..default()
+                },
+            ),
+            (
+                "opening_rad",
+                SonarConfig {
+                    opening_rad: -0.1,
+                    ..default()
+                },
+            ),
+            (
+                "noise_m",
+                SonarConfig {
+                    noise_m: -0.1,
+                    ..default()
+                },
+            ),
+            (
+                "noise_per_m",
+                SonarConfig {
+                    noise_per_m: f64::NAN,
+                    ..default()
+                },
+            ),
+            (
+                "maximum_m",
+                SonarConfig {
+                    maximum_m: 0.1,
+                    ..default()
+                },
+            ),
+            (
+                "lost_probability",
+                SonarConfig {
+                    lost_probability: 1.5,
+                    ..default()
+                },
+            ),
+        ] {
+            let error = Sonar::new(config).unwrap_err();
+            assert!(
+                error.is_usage() && error.to_string().contains(&format!("`{key}`")),
+                "{error}"
+            );
+        }
+        assert!(serde_json::from_str::<SonarConfig>(r#"{"beams": 16}"#).is_ok());
+        assert!(serde_json::from_str::<SonarConfig>(r#"{"beems": 16}"#).is_err());
+    }
 }
