@@ -1,9 +1,9 @@
 //! A robot that drives a route: not quite along its middle, and not quite sure how far.
 
-use super::Route;
+use super::{OdometryConfig, Route, odometry::DeadReckoning};
 use crate::{
     error::{Error, Result},
-    geometry::{Displacement, Pose, wrapped},
+    geometry::{Pose, wrapped},
     seed::{Seed, Stream},
 };
 use nalgebra::Vector2;
@@ -29,14 +29,8 @@ pub struct RobotConfig {
     pub heading_sd_rad: f64,
     /// Runs start up to this far along the route, metres.
     pub start_scatter_m: f64,
-    /// Odometry: standard deviation, over runs, of the error in scale, metres a metre.
-    pub translation_drift: f64,
-    /// Odometry: standard deviation, over runs, of the steady turn that is not there, radians a metre.
-    pub rotation_drift_rad_per_m: f64,
-    /// Odometry: standard deviation of the random error in distance after a metre; grows with the square root.
-    pub translation_noise_m: f64,
-    /// Odometry: standard deviation of the random error in heading after a metre; grows with the square root.
-    pub rotation_noise_rad: f64,
+    /// How its odometry drifts.
+    pub odometry: OdometryConfig,
 }
 
 impl Default for RobotConfig {
@@ -48,10 +42,7 @@ impl Default for RobotConfig {
             lateral_limit_m: 0.4,
             heading_sd_rad: 0.05,
             start_scatter_m: 0.25,
-            translation_drift: 0.01,
-            rotation_drift_rad_per_m: 0.003,
-            translation_noise_m: 0.01,
-            rotation_noise_rad: 0.01,
+            odometry: OdometryConfig::default(),
         }
     }
 }
@@ -90,10 +81,6 @@ impl RobotConfig {
             ("lateral_sd_m", self.lateral_sd_m),
             ("heading_sd_rad", self.heading_sd_rad),
             ("start_scatter_m", self.start_scatter_m),
-            ("translation_drift", self.translation_drift),
-            ("rotation_drift_rad_per_m", self.rotation_drift_rad_per_m),
-            ("translation_noise_m", self.translation_noise_m),
-            ("rotation_noise_rad", self.rotation_noise_rad),
         ];
         let bad = positive
             .iter()
@@ -111,7 +98,7 @@ impl RobotConfig {
                 "robot: `{key}` is {value}; expected 0 or more"
             )));
         }
-        Ok(())
+        self.odometry.check()
     }
 }
 
@@ -141,7 +128,7 @@ pub fn drive(
     let mut jitter = seed.numbered_stream("world/robot/heading", run);
     let mut slip = seed.numbered_stream("world/robot/odometry", run);
     let wander = Wander::draw(config, &mut path);
-    let mut reckoning = DeadReckoning::draw(config, &mut slip);
+    let mut reckoning = DeadReckoning::draw(&config.odometry, &mut slip);
 
     let mut stops: Vec<Stop> = Vec::new();
     let mut route_m = path.random::<f64>() * config.start_scatter_m;
@@ -160,7 +147,7 @@ pub fn drive(
             let mut pose = wander.pose(route, stop_m);
             pose.heading_rad =
                 wrapped(pose.heading_rad + config.heading_sd_rad * normal(&mut jitter));
-            let odometry = reckoning.reach(&pose, stops.last(), config, &mut slip);
+            let odometry = reckoning.reach(&pose, &mut slip);
             stops.push(Stop {
                 pose,
                 route_m: stop_m,
@@ -215,47 +202,6 @@ impl Wander {
         // d/ds (r + l n) = (1 − κ l) t + l' n
         let aside_rad = slope.atan2(1.0 - curvature_per_m * left_m);
         Pose::new(place.x, place.y, wrapped(heading_rad + aside_rad))
-    }
-}
-
-/// Wheels that count a little too much or too little, the same way all through a run, and noise on top.
-struct DeadReckoning {
-    scale: f64,
-    turn_rad_per_m: f64,
-}
-
-impl DeadReckoning {
-    fn draw(config: &RobotConfig, random: &mut Stream) -> Self {
-        Self {
-            scale: 1.0 + config.translation_drift * normal(random),
-            turn_rad_per_m: config.rotation_drift_rad_per_m * normal(random),
-        }
-    }
-
-    /// The dead-reckoned pose at the next stop.
-    fn reach(
-        &mut self,
-        pose: &Pose,
-        before: Option<&Stop>,
-        config: &RobotConfig,
-        random: &mut Stream,
-    ) -> Pose {
-        let Some(before) = before else {
-            return Pose::default();
-        };
-        let step = before.pose.displacement_to(pose);
-        let moved_m = step.distance_m();
-        let root = moved_m.sqrt();
-        let stretch = self.scale
-            + config.translation_noise_m * normal(random) * root / moved_m.max(f64::MIN_POSITIVE);
-        let turn_rad = step.turn_rad
-            + self.turn_rad_per_m * moved_m
-            + config.rotation_noise_rad * normal(random) * root;
-        before.odometry.after(Displacement {
-            forward_m: step.forward_m * stretch,
-            left_m: step.left_m * stretch,
-            turn_rad,
-        })
     }
 }
 
@@ -341,56 +287,6 @@ mod tests {
         assert!(poses.iter().all(|pose| pose.y_m == 0.0));
         let heading_sd = sd(poses.iter().map(|pose| pose.heading_rad));
         assert!((heading_sd - 0.05).abs() < 0.002, "{heading_sd}");
-    }
-
-    #[test]
-    fn odometry_without_errors_is_the_truth() {
-        let exact = RobotConfig {
-            translation_drift: 0.0,
-            rotation_drift_rad_per_m: 0.0,
-            translation_noise_m: 0.0,
-            rotation_noise_rad: 0.0,
-            ..RobotConfig::default()
-        };
-        for stops in drives(&exact, 3) {
-            for stop in &stops {
-                let expected = stops[0].pose.displacement_to(&stop.pose);
-                assert!((stop.odometry.x_m - expected.forward_m).abs() < 1e-9);
-                assert!((stop.odometry.y_m - expected.left_m).abs() < 1e-9);
-                assert!(wrapped(stop.odometry.heading_rad - expected.turn_rad).abs() < 1e-9);
-            }
-        }
-    }
-
-    #[test]
-    fn odometry_drifts_as_stated() {
-        let straight = RobotConfig {
-            lateral_sd_m: 0.0,
-            heading_sd_rad: 0.0,
-            start_scatter_m: 0.0,
-            ..RobotConfig::default()
-        };
-        // At 39 m, still on the straight: errors of scale and heading, over runs.
-        let at = |stops: &Vec<Stop>| {
-            stops
-                .iter()
-                .find(|stop| (stop.route_m - 39.0).abs() < 0.1)
-                .unwrap()
-                .odometry
-        };
-        let only_scale = RobotConfig {
-            rotation_drift_rad_per_m: 0.0,
-            rotation_noise_rad: 0.0,
-            ..straight.clone()
-        };
-        let ends: Vec<Pose> = drives(&only_scale, 2000).iter().map(at).collect();
-        // √((0.01 · 39)² + 0.01² · 39) = 0.395 m
-        let along = sd(ends.iter().map(|end| end.x_m - 39.0));
-        assert!((along - 0.395).abs() < 0.025, "{along}");
-        let ends: Vec<Pose> = drives(&straight, 2000).iter().map(at).collect();
-        // √((0.003 · 39)² + 0.01² · 39) = 0.133 rad
-        let turned = sd(ends.iter().map(|end| end.heading_rad));
-        assert!((turned - 0.133).abs() < 0.009, "{turned}");
     }
 
     #[test]

@@ -126,7 +126,7 @@ fn place(pose: &Pose) -> Point2<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::{Material, Wall};
+    use crate::world::{Material, OdometryConfig, Wall};
 
     const BRICK: Material = Material {
         reflectivity: 1.0,
@@ -186,7 +186,10 @@ mod tests {
             way,
             1.0,
             RobotConfig {
-                rotation_noise_rad: -0.1,
+                odometry: OdometryConfig {
+                    rotation_noise_rad: -0.1,
+                    ..Default::default()
+                },
                 ..robot()
             },
         );
