@@ -302,4 +302,27 @@ mod tests {
             assert_eq!(stop.pose, dense[4 * index].pose);
         }
     }
+
+    #[test]
+    fn the_robot_faces_where_it_goes_also_round_the_bend() {
+        let config = RobotConfig {
+            heading_sd_rad: 0.0,
+            lateral_sd_m: 0.3,
+            ..RobotConfig::default()
+        };
+        for stops in
+            (0..10).map(|run| drive(Seed(2), run, &route(), &config, 0.02, |_, _| Ok(())).unwrap())
+        {
+            for pair in stops.windows(2) {
+                let step = pair[0].pose.displacement_to(&pair[1].pose);
+                // The chord points halfway between the headings at its ends.
+                let aside_rad = wrapped(step.left_m.atan2(step.forward_m) - step.turn_rad / 2.0);
+                assert!(
+                    aside_rad.abs() < 0.01,
+                    "{aside_rad} at {} m",
+                    pair[0].route_m
+                );
+            }
+        }
+    }
 }
