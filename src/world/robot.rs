@@ -317,8 +317,12 @@ mod tests {
                 let step = pair[0].pose.displacement_to(&pair[1].pose);
                 // The chord points halfway between the headings at its ends.
                 let aside_rad = wrapped(step.left_m.atan2(step.forward_m) - step.turn_rad / 2.0);
+                // Where the bend begins and ends, a way that slants across the route has a slight kink.
+                let at_joint = [39.0, 39.0 + TAU / 4.0]
+                    .iter()
+                    .any(|joint_m| (pair[0].route_m - joint_m).abs() < 0.05);
                 assert!(
-                    aside_rad.abs() < 0.01,
+                    at_joint || aside_rad.abs() < 0.005,
                     "{aside_rad} at {} m",
                     pair[0].route_m
                 );
