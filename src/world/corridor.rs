@@ -5,180 +5,19 @@
 //! from a fixed start, mostly near the middle; 15 cm/s. So the segment has two bends, and the doors' sides tell which
 //! way: it goes round the inside of the building, here to the left, in three legs.
 //!
-//! Assumed, since the hand-drawn map gives no measures: everything else below. Widths, spacings and depths are those of
-//! a university building of the time, frozen here so that the corridor is the same one for every seed.
+//! Assumed, since the hand-drawn map gives no measures: everything else in [`plan`].
 
-use super::{
-    FloorPlan, Material, Opening, OpeningKind, RobotConfig, Room, Route, SonarConfig, Wall,
-    WallLine, floor_plan::round, simulate,
-};
+pub mod plan;
+
+use super::{RobotConfig, SonarConfig, simulate};
 use crate::{
     error::{Error, Result},
     recording::{Columns, Recording},
-    seed::{Seed, Stream},
+    seed::Seed,
 };
-use nalgebra::Point2;
-use rand::RngExt;
-use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::PI;
 
-/// Length of the route (Thrun 1998, 5.1.1), metres.
-pub const LENGTH_M: f64 = 89.0;
-/// Wall to wall, metres.
-const WIDTH_M: f64 = 2.4;
-/// Radius of the arcs that the robot takes round the corners, metres.
-const BEND_RADIUS_M: f64 = 1.0;
-/// First and last leg, along the middle from the route's end to the corner, metres. The middle leg makes up the rest.
-const OUTER_LEG_M: f64 = 26.0;
-/// The corridor goes on behind the route's start and past its end, up to a fire door, metres.
-const BEYOND_M: f64 = 3.0;
-
-const PAINTED_BLOCK: Material = Material {
-    reflectivity: 0.9,
-    critical_angle_rad: 0.21,
-};
-const WOOD: Material = Material {
-    reflectivity: 0.8,
-    critical_angle_rad: 0.17,
-};
-const STEEL_FRAME: Material = Material {
-    reflectivity: 0.9,
-    critical_angle_rad: 0.79,
-};
-const STEEL_DOOR: Material = Material {
-    reflectivity: 1.0,
-    critical_angle_rad: 0.12,
-};
-const GLASS: Material = Material {
-    reflectivity: 1.0,
-    critical_angle_rad: 0.12,
-};
-const PLASTIC: Material = Material {
-    reflectivity: 0.7,
-    critical_angle_rad: 0.52,
-};
-
-/// A door of the corridor: where it begins on its wall and how wide it is (metres), how often it stands open, and how
-/// deep the room behind is (metres).
-type Door = (f64, f64, f64, f64);
-
-/// Offices and labs on the outer side, leg by leg, in metres along the outer wall from its start.
-const OUTER_DOORS: [&[Door]; 3] = [
-    &[
-        (4.1, 0.9, 0.5, 4.2),
-        (7.3, 0.9, 0.2, 4.2),
-        (12.6, 0.9, 0.5, 5.0),
-        (15.2, 0.9, 0.7, 5.0),
-        (20.9, 1.2, 0.1, 6.1),
-        (25.4, 0.9, 0.3, 4.2),
-    ],
-    &[
-        (4.6, 0.9, 0.3, 4.2),
-        (8.8, 0.9, 0.6, 4.2),
-        (11.7, 0.9, 0.2, 4.2),
-        (17.0, 1.8, 0.1, 7.5),
-        (22.4, 0.9, 0.5, 4.6),
-        (25.1, 0.9, 0.5, 4.6),
-        (29.9, 0.9, 0.0, 2.0),
-        (32.2, 1.2, 0.4, 5.5),
-        (36.0, 0.9, 0.3, 4.2),
-    ],
-    &[
-        (5.0, 0.9, 0.4, 4.2),
-        (9.4, 0.9, 0.6, 4.2),
-        (12.1, 0.9, 0.0, 1.6),
-        (16.3, 0.9, 0.5, 4.2),
-        (19.9, 1.8, 0.2, 6.8),
-        (25.6, 0.9, 0.5, 4.2),
-    ],
-];
-/// Class rooms and stairs on the inner side, likewise.
-const INNER_DOORS: [&[Door]; 3] = [
-    &[(8.2, 1.8, 0.2, 7.0), (18.3, 1.5, 0.3, 6.0)],
-    &[(5.2, 1.5, 0.1, 5.0), (28.6, 1.8, 0.2, 7.0)],
-    &[(9.8, 1.8, 0.3, 7.0), (20.4, 1.5, 0.0, 5.0)],
-];
-/// What else is in the walls: wall (0..3 outer, 3..6 inner), begin and width (metres), what.
-const FIXTURES: [(usize, f64, f64, OpeningKind); 8] = [
-    // The two windows face the robot at the end of the first and the second leg.
-    (
-        1,
-        0.4,
-        1.6,
-        OpeningKind::Niche {
-            depth_m: 0.15,
-            back: GLASS,
-        },
-    ),
-    (
-        2,
-        0.4,
-        1.6,
-        OpeningKind::Niche {
-            depth_m: 0.15,
-            back: GLASS,
-        },
-    ),
-    (
-        4,
-        20.9,
-        1.2,
-        OpeningKind::Niche {
-            depth_m: 0.3,
-            back: STEEL_DOOR,
-        },
-    ), // the elevator
-    (4, 11.6, 2.2, OpeningKind::Hallway { depth_m: 9.0 }),
-    (
-        4,
-        23.6,
-        0.4,
-        OpeningKind::Bulge {
-            depth_m: 0.3,
-            face: STEEL_DOOR,
-        },
-    ), // a drinking fountain
-    (
-        1,
-        14.2,
-        0.4,
-        OpeningKind::Bulge {
-            depth_m: 0.15,
-            face: PAINTED_BLOCK,
-        },
-    ), // three pilasters
-    (
-        1,
-        27.4,
-        0.4,
-        OpeningKind::Bulge {
-            depth_m: 0.15,
-            face: PAINTED_BLOCK,
-        },
-    ),
-    (
-        0,
-        18.0,
-        0.4,
-        OpeningKind::Bulge {
-            depth_m: 0.15,
-            face: PAINTED_BLOCK,
-        },
-    ),
-];
-/// Where the trash bins belong: wall and metres along it. The last one is missing from every other run or so.
-const BINS: [(usize, f64); 4] = [(0, 10.3), (4, 19.6), (2, 15.0), (5, 4.5)];
-const BIN_RADIUS_M: f64 = 0.2;
-/// Standard deviation, over runs, of where along its wall a bin stands, metres.
-const BIN_MOVED_SD_M: f64 = 0.3;
-
-/// Depth of a door's frame, metres.
-const SETBACK_M: f64 = 0.12;
-/// Rooms reach this far to either side of their door, or halfway to the next one, metres.
-const ROOM_SIDE_M: f64 = 1.8;
-/// Open doors stand at angles from ajar to against the room's wall, radians.
-const OPENED_RAD: std::ops::Range<f64> = 0.9..1.75;
+pub use plan::{LENGTH_M, plan_of_run, route};
 
 /// How many runs, how dense, and with which robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -249,133 +88,141 @@ pub fn thrun1998(seed: Seed, config: &CorridorConfig) -> Result<Recording> {
     })
 }
 
-/// The way through the middle of the corridor, 89 m long.
-///
-/// # Errors
-/// None: the constants make a way that can be driven.
-pub fn route() -> Result<Route> {
-    Route::new(&middle(0.0), BEND_RADIUS_M)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// The corridor as run number `run` finds it: its doors open or shut, its bins where they were left.
-///
-/// # Errors
-/// None: the constants make a plan.
-pub fn plan_of_run(seed: Seed, run: u64) -> Result<FloorPlan> {
-    let lines = wall_lines();
-    let mut random = seed.numbered_stream("world/corridor/doors", run);
-    let mut walls = fire_doors(&lines);
-    for (index, line) in lines.iter().enumerate() {
-        let mut openings = openings(index, &mut random);
-        openings.sort_by(|a, b| a.at_m.total_cmp(&b.at_m));
-        walls.extend(line.with(&openings)?);
-    }
-    let mut random = seed.numbered_stream("world/corridor/bins", run);
-    for (index, &(line, at_m)) in BINS.iter().enumerate() {
-        let moved_m = BIN_MOVED_SD_M * random.sample::<f64, _>(StandardNormal);
-        let there = index + 1 < BINS.len() || random.random_bool(0.5);
-        if there {
-            // Against the wall, but for a finger's breadth.
-            let centre = lines[line].point(at_m + moved_m, -BIN_RADIUS_M - 0.02);
-            walls.extend(round(centre, BIN_RADIUS_M, 12, PLASTIC));
+    fn config(runs: usize, spacing_m: f64) -> CorridorConfig {
+        CorridorConfig {
+            runs,
+            spacing_m,
+            ..CorridorConfig::default()
         }
     }
-    FloorPlan::new(walls)
-}
 
-/// The four corners of the way: east, north, west.
-fn middle(beyond_m: f64) -> [Point2<f64>; 4] {
-    // Each quarter bend is 2 R − π R / 2 shorter than the corner it cuts.
-    let saved_m = 2.0 * (2.0 - PI / 2.0) * BEND_RADIUS_M;
-    let height_m = LENGTH_M + saved_m - 2.0 * OUTER_LEG_M;
-    [
-        Point2::new(-beyond_m, 0.0),
-        Point2::new(OUTER_LEG_M, 0.0),
-        Point2::new(OUTER_LEG_M, height_m),
-        Point2::new(-beyond_m, height_m),
-    ]
-}
+    /// All that a recording holds, as bits, so that NaN equals NaN.
+    fn bits(recording: &Recording, count: usize) -> Vec<u64> {
+        let c = recording.columns();
+        let width = c.values.ncols();
+        let values = c
+            .values
+            .iter()
+            .take(count * width)
+            .map(|value| u64::from(value.to_bits()));
+        let poses = c
+            .pose
+            .iter()
+            .take(count)
+            .chain(c.odometry.iter().take(count));
+        let numbers = poses.flat_map(|pose| [pose.x_m, pose.y_m, pose.heading_rad]);
+        let rows = c
+            .stamp_s
+            .iter()
+            .take(count)
+            .chain(c.route_m.iter().flatten().take(count))
+            .copied();
+        values
+            .chain(numbers.chain(rows).map(f64::to_bits))
+            .collect()
+    }
 
-/// Three outer walls, then three inner ones, in travel direction.
-fn wall_lines() -> [WallLine; 6] {
-    let half_m = WIDTH_M / 2.0;
-    let [a, b, c, d] = middle(BEYOND_M);
-    // Outwards is down, right, up; the ends lie half a width aside, the corners diagonally.
-    let side = |out_m: f64| {
-        [
-            Point2::new(a.x, a.y - out_m),
-            Point2::new(b.x + out_m, b.y - out_m),
-            Point2::new(c.x + out_m, c.y + out_m),
-            Point2::new(d.x, d.y + out_m),
-        ]
-    };
-    let (outer, inner) = (side(half_m), side(-half_m));
-    std::array::from_fn(|index| {
-        let (corners, corridor_on_left) = if index < 3 {
-            (outer, true)
-        } else {
-            (inner, false)
+    #[test]
+    fn a_run_is_the_same_however_many_runs_and_threads_there_are() {
+        let few = thrun1998(Seed(7), &config(2, 1.0)).unwrap();
+        let many = thrun1998(Seed(7), &config(5, 1.0)).unwrap();
+        assert_eq!(bits(&few, few.len()), bits(&many, few.len()));
+        let with_threads = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| thrun1998(Seed(7), &config(5, 1.0)))
+                .unwrap()
         };
-        WallLine {
-            from: corners[index % 3],
-            to: corners[index % 3 + 1],
-            corridor_on_left,
-            material: PAINTED_BLOCK,
+        for threads in [1, 3] {
+            assert_eq!(
+                bits(&with_threads(threads), many.len()),
+                bits(&many, many.len())
+            );
         }
-    })
-}
+        let other = thrun1998(Seed(8), &config(2, 1.0)).unwrap();
+        assert_ne!(bits(&other, 10), bits(&few, 10));
+    }
 
-/// The doors that close the corridor behind the start and past the end.
-fn fire_doors(lines: &[WallLine; 6]) -> Vec<Wall> {
-    vec![
-        Wall::new(lines[0].from, lines[3].from, STEEL_DOOR),
-        Wall::new(lines[2].to, lines[5].to, STEEL_DOOR),
-    ]
-}
-
-/// Everything in one wall in one run; doors draw their state in the order of the tables.
-fn openings(line: usize, random: &mut Stream) -> Vec<Opening> {
-    let doors = if line < 3 {
-        OUTER_DOORS[line]
-    } else {
-        INNER_DOORS[line - 3]
-    };
-    let half_gap_m = |from_m: f64, to_m: f64| ((to_m - from_m) / 2.0 - 0.05).min(ROOM_SIDE_M);
-    let mut openings: Vec<Opening> = doors
-        .iter()
-        .enumerate()
-        .map(|(index, &(at_m, width_m, open_share, depth_m))| {
-            let open = random.random_bool(open_share);
-            let angle_rad = random.random_range(OPENED_RAD);
-            let before_m = index.checked_sub(1).map_or(ROOM_SIDE_M, |previous| {
-                half_gap_m(doors[previous].0 + doors[previous].1, at_m)
-            });
-            let after_m = doors
-                .get(index + 1)
-                .map_or(ROOM_SIDE_M, |next| half_gap_m(at_m + width_m, next.0));
-            let kind = OpeningKind::Door {
-                setback_m: SETBACK_M,
-                opened_rad: if open { angle_rad } else { 0.0 },
-                room: Room {
-                    before_m,
-                    after_m,
-                    depth_m,
-                },
-                leaf: WOOD,
-                frame: STEEL_FRAME,
-            };
-            Opening {
-                at_m,
-                width_m,
-                kind,
+    #[test]
+    fn one_place_looks_alike_in_two_runs_and_unlike_the_rest() {
+        let recording = thrun1998(Seed(1), &config(4, 0.5)).unwrap();
+        let (route, values) = (recording.route_m().unwrap(), recording.values());
+        let seen = |reading: f32| {
+            if reading.is_nan() {
+                4.0
+            } else {
+                reading.min(4.0)
             }
-        })
-        .collect();
-    let fixtures = FIXTURES.iter().filter(|fixture| fixture.0 == line);
-    openings.extend(fixtures.map(|&(_, at_m, width_m, kind)| Opening {
-        at_m,
-        width_m,
-        kind,
-    }));
-    openings
+        };
+        let unlike = |a: usize, b: usize| -> f64 {
+            values
+                .row(a)
+                .iter()
+                .zip(values.row(b))
+                .map(|(&x, &y)| f64::from((seen(x) - seen(y)).abs()))
+                .sum()
+        };
+        let (mut near, mut far) = (Vec::new(), Vec::new());
+        let last = recording.runs()[3].clone();
+        for a in last.clone() {
+            for b in 0..last.start {
+                let apart_m = (route[a] - route[b]).abs();
+                if apart_m < 0.25 {
+                    near.push(unlike(a, b))
+                } else if apart_m > 5.0 {
+                    far.push(unlike(a, b))
+                }
+            }
+        }
+        let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+        assert!(
+            mean(&near) < 0.75 * mean(&far),
+            "{} and {}",
+            mean(&near),
+            mean(&far)
+        );
+    }
+
+    #[test]
+    fn calls_that_make_no_sense_are_told() {
+        for (config, expected) in [
+            (config(0, 1.0), "`runs` is 0"),
+            (config(2, 0.0), "`spacing_m` is 0"),
+            (
+                CorridorConfig {
+                    sonar: SonarConfig {
+                        beams: 0,
+                        ..Default::default()
+                    },
+                    ..config(1, 1.0)
+                },
+                "`beams` is 0",
+            ),
+        ] {
+            let error = thrun1998(Seed(1), &config).unwrap_err();
+            assert!(
+                error.is_usage() && error.to_string().contains(expected),
+                "{error}"
+            );
+        }
+        let giant = RobotConfig {
+            radius_m: 1.5,
+            ..Default::default()
+        };
+        let error = thrun1998(
+            Seed(1),
+            &CorridorConfig {
+                robot: giant,
+                ..config(1, 1.0)
+            },
+        )
+        .unwrap_err();
+        assert!(error.to_string().contains("starts in a wall"), "{error}");
+    }
 }

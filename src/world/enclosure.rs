@@ -197,7 +197,7 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(outside.contains("gets out"), "{outside}");
-        let endless = Wall::new(Point2::origin(), Point2::new(9e5, 9e5), BRICK);
+        let endless = Wall::new(Point2::origin(), Point2::new(6e5, 6e5), BRICK);
         let plan = FloorPlan::new(vec![endless]).unwrap();
         let wide = check_enclosed(&plan, &Point2::new(0.0, 5.0), 0.25)
             .unwrap_err()

@@ -6,8 +6,10 @@
 //! dead-reckons; [`simulation`] lets it do so run after run and records; [`corridor`] is Thrun's 89 metres.
 
 pub mod corridor;
+mod echo;
 pub mod enclosure;
 pub mod floor_plan;
+pub mod odometry;
 pub mod raycast;
 pub mod robot;
 pub mod route;
@@ -16,6 +18,7 @@ pub mod sonar;
 pub mod wall_line;
 
 pub use floor_plan::{FloorPlan, Material, Wall};
+pub use odometry::OdometryConfig;
 pub use raycast::{Hit, Raycaster};
 pub use robot::{RobotConfig, Stop};
 pub use route::Route;

@@ -1,9 +1,9 @@
 //! A robot that drives a route: not quite along its middle, and not quite sure how far.
 
-use super::Route;
+use super::{OdometryConfig, Route, odometry::DeadReckoning};
 use crate::{
     error::{Error, Result},
-    geometry::{Displacement, Pose, wrapped},
+    geometry::{Pose, wrapped},
     seed::{Seed, Stream},
 };
 use nalgebra::Vector2;
@@ -29,14 +29,8 @@ pub struct RobotConfig {
     pub heading_sd_rad: f64,
     /// Runs start up to this far along the route, metres.
     pub start_scatter_m: f64,
-    /// Odometry: standard deviation, over runs, of the error in scale, metres a metre.
-    pub translation_drift: f64,
-    /// Odometry: standard deviation, over runs, of the steady turn that is not there, radians a metre.
-    pub rotation_drift_rad_per_m: f64,
-    /// Odometry: standard deviation of the random error in distance after a metre; grows with the square root.
-    pub translation_noise_m: f64,
-    /// Odometry: standard deviation of the random error in heading after a metre; grows with the square root.
-    pub rotation_noise_rad: f64,
+    /// How its odometry drifts.
+    pub odometry: OdometryConfig,
 }
 
 impl Default for RobotConfig {
@@ -46,12 +40,9 @@ impl Default for RobotConfig {
             speed_m_per_s: 0.15,
             lateral_sd_m: 0.12,
             lateral_limit_m: 0.4,
-            heading_sd_rad: 0.03,
+            heading_sd_rad: 0.05,
             start_scatter_m: 0.25,
-            translation_drift: 0.01,
-            rotation_drift_rad_per_m: 0.003,
-            translation_noise_m: 0.01,
-            rotation_noise_rad: 0.01,
+            odometry: OdometryConfig::default(),
         }
     }
 }
@@ -90,10 +81,6 @@ impl RobotConfig {
             ("lateral_sd_m", self.lateral_sd_m),
             ("heading_sd_rad", self.heading_sd_rad),
             ("start_scatter_m", self.start_scatter_m),
-            ("translation_drift", self.translation_drift),
-            ("rotation_drift_rad_per_m", self.rotation_drift_rad_per_m),
-            ("translation_noise_m", self.translation_noise_m),
-            ("rotation_noise_rad", self.rotation_noise_rad),
         ];
         let bad = positive
             .iter()
@@ -111,23 +98,25 @@ impl RobotConfig {
                 "robot: `{key}` is {value}; expected 0 or more"
             )));
         }
-        Ok(())
+        self.odometry.check()
     }
 }
 
 /// Drives run number `run` along the route and stops for a snapshot every `spacing_m` metres of travel.
 ///
 /// Randomness comes from streams numbered by the run, and the way driven doesn't depend on the spacing: asking for
-/// more runs, or denser snapshots, changes none of it.
+/// more runs, or denser snapshots, changes none of it. Every two centimetres, `clear` is asked whether the robot may be
+/// at a pose and coordinate of the route; sparse snapshots don't let it jump through walls.
 ///
 /// # Errors
-/// A usage error where a constant or the spacing is out of bounds.
+/// A usage error where a constant or the spacing is out of bounds; the first error of `clear`.
 pub fn drive(
     seed: Seed,
     run: u64,
     route: &Route,
     config: &RobotConfig,
     spacing_m: f64,
+    mut clear: impl FnMut(&Pose, f64) -> Result<()>,
 ) -> Result<Vec<Stop>> {
     config.check()?;
     if !(spacing_m >= STEP_M && spacing_m.is_finite()) {
@@ -139,13 +128,14 @@ pub fn drive(
     let mut jitter = seed.numbered_stream("world/robot/heading", run);
     let mut slip = seed.numbered_stream("world/robot/odometry", run);
     let wander = Wander::draw(config, &mut path);
-    let mut reckoning = DeadReckoning::draw(config, &mut slip);
+    let mut reckoning = DeadReckoning::draw(&config.odometry, &mut slip);
 
     let mut stops: Vec<Stop> = Vec::new();
     let mut route_m = path.random::<f64>() * config.start_scatter_m;
     let mut here = wander.pose(route, route_m);
     let (mut travelled_m, mut due_m) = (0.0, 0.0);
     while route_m <= route.length_m() {
+        clear(&here, route_m)?;
         let next = wander.pose(route, route_m + STEP_M);
         let moved_m = here.distance_m(&next);
         // The spacing is no shorter than a step, so no step holds two stops but for rounding, which `while` takes too.
@@ -157,7 +147,7 @@ pub fn drive(
             let mut pose = wander.pose(route, stop_m);
             pose.heading_rad =
                 wrapped(pose.heading_rad + config.heading_sd_rad * normal(&mut jitter));
-            let odometry = reckoning.reach(&pose, stops.last(), config, &mut slip);
+            let odometry = reckoning.reach(&pose, &mut slip);
             stops.push(Stop {
                 pose,
                 route_m: stop_m,
@@ -215,47 +205,128 @@ impl Wander {
     }
 }
 
-/// Wheels that count a little too much or too little, the same way all through a run, and noise on top.
-struct DeadReckoning {
-    scale: f64,
-    turn_rad_per_m: f64,
+fn normal(random: &mut Stream) -> f64 {
+    random.sample(StandardNormal)
 }
 
-impl DeadReckoning {
-    fn draw(config: &RobotConfig, random: &mut Stream) -> Self {
-        Self {
-            scale: 1.0 + config.translation_drift * normal(random),
-            turn_rad_per_m: config.rotation_drift_rad_per_m * normal(random),
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point2;
+
+    /// 40 m ahead, 10 m to the left.
+    fn route() -> Route {
+        let corners = [
+            Point2::new(0.0, 0.0),
+            Point2::new(40.0, 0.0),
+            Point2::new(40.0, 10.0),
+        ];
+        Route::new(&corners, 1.0).unwrap()
+    }
+
+    fn drives(config: &RobotConfig, runs: u64) -> Vec<Vec<Stop>> {
+        (0..runs)
+            .map(|run| drive(Seed(2), run, &route(), config, 0.5, |_, _| Ok(())).unwrap())
+            .collect()
+    }
+
+    fn sd(numbers: impl Iterator<Item = f64> + Clone) -> f64 {
+        (numbers.clone().map(|x| x * x).sum::<f64>() / numbers.count() as f64).sqrt()
+    }
+
+    #[test]
+    fn snapshots_stand_the_spacing_apart_along_the_way_driven() {
+        for stops in drives(&RobotConfig::default(), 20) {
+            assert!(
+                stops[0].route_m < 0.25 && stops.last().unwrap().route_m > route().length_m() - 0.6
+            );
+            for pair in stops.windows(2) {
+                // A chord is shorter than its arc, by 1 − sin(¼)/¼ = 1 % on the 1 m bend (2 % driven inside of it).
+                let chord_m = pair[0].pose.distance_m(&pair[1].pose);
+                assert!(chord_m <= 0.5 + 1e-3 && chord_m > 0.47, "{chord_m}");
+                assert!((pair[1].stamp_s - pair[0].stamp_s - 0.5 / 0.15).abs() < 1e-9);
+            }
         }
     }
 
-    /// The dead-reckoned pose at the next stop.
-    fn reach(
-        &mut self,
-        pose: &Pose,
-        before: Option<&Stop>,
-        config: &RobotConfig,
-        random: &mut Stream,
-    ) -> Pose {
-        let Some(before) = before else {
-            return Pose::default();
+    #[test]
+    fn deviations_have_the_stated_size_and_stay_within_their_limit() {
+        let straight = |stops: &Vec<Stop>| {
+            stops
+                .iter()
+                .filter(|s| s.route_m < 39.0)
+                .map(|s| s.pose)
+                .collect::<Vec<_>>()
         };
-        let step = before.pose.displacement_to(pose);
-        let moved_m = step.distance_m();
-        let root = moved_m.sqrt();
-        let stretch = self.scale
-            + config.translation_noise_m * normal(random) * root / moved_m.max(f64::MIN_POSITIVE);
-        let turn_rad = step.turn_rad
-            + self.turn_rad_per_m * moved_m
-            + config.rotation_noise_rad * normal(random) * root;
-        before.odometry.after(Displacement {
-            forward_m: step.forward_m * stretch,
-            left_m: step.left_m * stretch,
-            turn_rad,
-        })
+        let poses = drives(&RobotConfig::default(), 400)
+            .iter()
+            .flat_map(straight)
+            .collect::<Vec<_>>();
+        let side_sd = sd(poses.iter().map(|pose| pose.y_m));
+        // tanh takes a little off: for 0.12 within 0.4, E tanh² gives 0.111.
+        assert!((side_sd - 0.111).abs() < 0.006, "{side_sd}");
+        assert!(poses.iter().all(|pose| pose.y_m.abs() <= 0.4));
+        let wild = RobotConfig {
+            lateral_sd_m: 5.0,
+            ..RobotConfig::default()
+        };
+        assert!(
+            drives(&wild, 5)
+                .iter()
+                .flat_map(straight)
+                .all(|pose| pose.y_m.abs() <= 0.4)
+        );
+        let tame = RobotConfig {
+            lateral_sd_m: 0.0,
+            ..RobotConfig::default()
+        };
+        let poses = drives(&tame, 100)
+            .iter()
+            .flat_map(straight)
+            .collect::<Vec<_>>();
+        assert!(poses.iter().all(|pose| pose.y_m == 0.0));
+        let heading_sd = sd(poses.iter().map(|pose| pose.heading_rad));
+        assert!((heading_sd - 0.05).abs() < 0.002, "{heading_sd}");
     }
-}
 
-fn normal(random: &mut Stream) -> f64 {
-    random.sample(StandardNormal)
+    #[test]
+    fn denser_snapshots_drive_the_same_way() {
+        let config = RobotConfig {
+            heading_sd_rad: 0.0,
+            ..RobotConfig::default()
+        };
+        let [coarse, dense] = [1.0, 0.25].map(|spacing_m| {
+            drive(Seed(2), 3, &route(), &config, spacing_m, |_, _| Ok(())).unwrap()
+        });
+        for (index, stop) in coarse.iter().enumerate() {
+            assert_eq!(stop.pose, dense[4 * index].pose);
+        }
+    }
+
+    #[test]
+    fn the_robot_faces_where_it_goes_also_round_the_bend() {
+        let config = RobotConfig {
+            heading_sd_rad: 0.0,
+            lateral_sd_m: 0.3,
+            ..RobotConfig::default()
+        };
+        for stops in
+            (0..10).map(|run| drive(Seed(2), run, &route(), &config, 0.02, |_, _| Ok(())).unwrap())
+        {
+            for pair in stops.windows(2) {
+                let step = pair[0].pose.displacement_to(&pair[1].pose);
+                // The chord points halfway between the headings at its ends.
+                let aside_rad = wrapped(step.left_m.atan2(step.forward_m) - step.turn_rad / 2.0);
+                // Where the bend begins and ends, a way that slants across the route has a slight kink.
+                let at_joint = [39.0, 39.0 + TAU / 4.0]
+                    .iter()
+                    .any(|joint_m| (pair[0].route_m - joint_m).abs() < 0.05);
+                assert!(
+                    at_joint || aside_rad.abs() < 0.005,
+                    "{aside_rad} at {} m",
+                    pair[0].route_m
+                );
+            }
+        }
+    }
 }

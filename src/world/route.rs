@@ -159,6 +159,13 @@ mod tests {
                 "at {at_m}"
             );
             at_m += 0.0137;
+            // No jump or kink where two pieces meet: neither place nor heading runs ahead of the coordinate.
+            let (next, next_heading_rad, _) = route.at(at_m);
+            assert!((next - a).norm() < 0.0138, "at {at_m}");
+            assert!(
+                (next_heading_rad - heading_rad).abs() < 0.0137 / 0.9 + 1e-9,
+                "at {at_m}"
+            );
         }
         assert!((route.at(route.length_m()).0 - Point2::new(15.0, 2.0)).norm() < 1e-9);
         let (_, heading_rad, curvature) = route.at(6.0 - 0.9 + 0.45 * FRAC_PI_2);

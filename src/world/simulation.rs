@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
+    geometry::Pose,
     recording::{Columns, Recording},
     seed::Seed,
 };
@@ -37,7 +38,7 @@ pub fn simulate(
     let sonar = Sonar::new(sonar.clone())?;
     robot.check()?;
     let expected = plans.len() as f64 * (route.length_m() / spacing_m + 1.0);
-    if expected > MOST_SNAPSHOTS {
+    if spacing_m > 0.0 && expected > MOST_SNAPSHOTS {
         return Err(Error::usage(format!(
             "simulation: {} runs with a snapshot every {spacing_m} m make {expected:.0}; expected up to {MOST_SNAPSHOTS}",
             plans.len()
@@ -47,8 +48,21 @@ pub fn simulate(
         .into_par_iter()
         .enumerate()
         .map(|(run, plan)| {
-            let stops = drive(seed, run as u64, route, robot, spacing_m)?;
-            check_way(run, &plan, &stops, robot.radius_m)?;
+            let in_run = |fault: Error| {
+                if fault.is_usage() {
+                    fault
+                } else {
+                    Error::work(format!("run {run}: {fault}"))
+                }
+            };
+            let mut started = false;
+            let clear = |pose: &Pose, route_m: f64| {
+                if !std::mem::replace(&mut started, true) {
+                    check_enclosed(&plan, &place(pose), robot.radius_m)?;
+                }
+                check_clear(&plan, pose, route_m, robot.radius_m)
+            };
+            let stops = drive(seed, run as u64, route, robot, spacing_m, clear).map_err(in_run)?;
             Ok((Raycaster::new(plan), stops))
         })
         .collect::<Result<_>>()?;
@@ -94,27 +108,25 @@ pub fn simulate(
     })
 }
 
-/// Makes sure that the robot stays clear of the walls at every stop, and inside them.
-fn check_way(run: usize, plan: &FloorPlan, stops: &[Stop], radius_m: f64) -> Result<()> {
-    for (index, stop) in stops.iter().enumerate() {
-        let place = Point2::new(stop.pose.x_m, stop.pose.y_m);
-        if index == 0 {
-            check_enclosed(plan, &place, radius_m)
-                .map_err(|fault| Error::work(format!("run {run}: {fault}")))?;
-        } else if plan.clearance_m(&place) < radius_m {
-            return Err(Error::work(format!(
-                "run {run}: robot: hits a wall {:.2} m along the route, near ({:.2}, {:.2}); expected {radius_m} m of free space around it",
-                stop.route_m, place.x, place.y
-            )));
-        }
+/// Makes sure that the robot at a pose is clear of the walls.
+fn check_clear(plan: &FloorPlan, pose: &Pose, route_m: f64, radius_m: f64) -> Result<()> {
+    if plan.clearance_m(&place(pose)) < radius_m {
+        return Err(Error::work(format!(
+            "robot: hits a wall {route_m:.2} m along the route, near ({:.2}, {:.2}); expected {radius_m} m of free space around it",
+            pose.x_m, pose.y_m
+        )));
     }
     Ok(())
+}
+
+fn place(pose: &Pose) -> Point2<f64> {
+    Point2::new(pose.x_m, pose.y_m)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::{Material, Wall};
+    use crate::world::{Material, OdometryConfig, Wall};
 
     const BRICK: Material = Material {
         reflectivity: 1.0,
@@ -174,7 +186,10 @@ mod tests {
             way,
             1.0,
             RobotConfig {
-                rotation_noise_rad: -0.1,
+                odometry: OdometryConfig {
+                    rotation_noise_rad: -0.1,
+                    ..Default::default()
+                },
                 ..robot()
             },
         );

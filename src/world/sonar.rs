@@ -1,12 +1,11 @@
 //! A ring of sonars: cones of rays that come back from surfaces met head-on, from corners, or not at all.
 
-use super::Raycaster;
+use super::{Raycaster, echo::nearest_echo_m};
 use crate::{
     error::{Error, Result},
     geometry::{Pose, wrapped},
     recording::Channel,
 };
-use nalgebra::{Point2, Vector2};
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
@@ -25,6 +24,9 @@ pub struct SonarConfig {
     pub opening_rad: f64,
     /// Rays that sample the cone, evenly from edge to edge.
     pub rays: usize,
+    /// Standard deviation by which a reading's cone points aside of its sonar's axis, radians: in restless air, and
+    /// between pulses, the lobe is never quite the same.
+    pub axis_sd_rad: f64,
     /// Shortest reading: the transducer still rings from its own pulse until then, metres.
     pub minimum_m: f64,
     /// Longest reading; from there on there is no return, metres.
@@ -52,7 +54,8 @@ impl Default for SonarConfig {
             beams: 24,
             ring_radius_m: 0.26,
             opening_rad: 25_f64.to_radians(),
-            rays: 9,
+            rays: 17,
+            axis_sd_rad: 0.04,
             minimum_m: 0.15,
             maximum_m: 10.0,
             reflections: 3,
@@ -60,18 +63,14 @@ impl Default for SonarConfig {
             noise_m: 0.01,
             noise_per_m: 0.01,
             resolution_m: 0.01,
-            short_probability: 0.01,
-            lost_probability: 0.02,
+            short_probability: 0.02,
+            lost_probability: 0.03,
         }
     }
 }
 
 /// Most values that a ring, or rays that a cone, may have: far beyond any real one, small enough to allocate.
 const MOST: usize = 10_000;
-/// After a reflection a ray starts this much short of the wall, on the side that it came from, so that rounding can't
-/// put it behind the wall or, in a corner, behind the next one.
-const STEP_BACK_M: f64 = 1e-6;
-
 /// A ring of sonars whose constants have been checked.
 ///
 /// Surfaces are mirrors beyond their critical angle; right-angled corners throw sound back to the sender (Kuc & Siegel
@@ -120,6 +119,7 @@ impl Sonar {
         }
         for (key, value) in [
             ("ring_radius_m", config.ring_radius_m),
+            ("axis_sd_rad", config.axis_sd_rad),
             ("minimum_m", config.minimum_m),
             ("capture_radius_m", config.capture_radius_m),
             ("noise_m", config.noise_m),
@@ -169,69 +169,26 @@ impl Sonar {
     /// One reading of every sonar at a pose, with noise: metres, NaN = no return.
     pub fn read(&self, caster: &Raycaster, pose: &Pose, random: &mut impl Rng) -> Vec<f32> {
         (0..self.config.beams)
-            .map(|beam| self.corrupted(self.echo_m(caster, pose, beam), random))
-            .map(|reading_m| reading_m.map_or(f32::NAN, |metres| metres as f32))
+            .map(|beam| {
+                let normal: f64 = random.sample(StandardNormal);
+                let bearing_rad = self.bearing_rad(beam) + normal * self.config.axis_sd_rad;
+                let echo_m = nearest_echo_m(
+                    caster,
+                    &self.config,
+                    pose,
+                    self.bearing_rad(beam),
+                    bearing_rad,
+                );
+                self.corrupted(echo_m, random)
+                    .map_or(f32::NAN, |metres| metres as f32)
+            })
             .collect()
     }
 
     /// The nearest echo that a sonar hears, without noise, in metres from its transducer.
     pub fn echo_m(&self, caster: &Raycaster, pose: &Pose, beam: usize) -> Option<f64> {
-        let bearing_rad = pose.heading_rad + self.bearing_rad(beam);
-        let transducer =
-            Point2::new(pose.x_m, pose.y_m) + unit(bearing_rad) * self.config.ring_radius_m;
-        let last = (self.config.rays - 1).max(1) as f64;
-        let echoes = (0..self.config.rays).filter_map(|ray| {
-            let share = if self.config.rays == 1 {
-                0.0
-            } else {
-                ray as f64 / last - 0.5
-            };
-            self.ray_echo_m(
-                caster,
-                &transducer,
-                unit(bearing_rad + share * self.config.opening_rad),
-            )
-        });
-        echoes.min_by(f64::total_cmp)
-    }
-
-    /// Follows one ray until it comes back: half the way it made, if that is still heard.
-    fn ray_echo_m(
-        &self,
-        caster: &Raycaster,
-        transducer: &Point2<f64>,
-        mut direction: Vector2<f64>,
-    ) -> Option<f64> {
-        let mut origin = *transducer;
-        let mut way_m = 0.0;
-        let mut heard_to_m = self.config.maximum_m;
-        for reflected in 0..=self.config.reflections {
-            let hit = caster.cast(&origin, &direction, 2.0 * self.config.maximum_m);
-            // Two mirrors may have turned the ray back to where it came from: a corner.
-            if reflected >= 2 {
-                let back = transducer - origin;
-                let back_m = back.dot(&direction);
-                let missed_by_m = (back - direction * back_m).norm();
-                let free = hit.is_none_or(|hit| hit.distance_m >= back_m);
-                if back_m > 0.0 && missed_by_m <= self.config.capture_radius_m && free {
-                    let range_m = (way_m + back_m) / 2.0;
-                    return (range_m < heard_to_m).then_some(range_m);
-                }
-            }
-            let hit = hit?;
-            let material = caster.plan().walls()[hit.wall].material;
-            way_m += hit.distance_m;
-            heard_to_m *= material.reflectivity;
-            if way_m >= 2.0 * heard_to_m {
-                return None;
-            }
-            if hit.cos_incidence >= material.critical_angle_rad.cos() {
-                return (way_m < heard_to_m).then_some(way_m); // back the way it came
-            }
-            origin += direction * (hit.distance_m - STEP_BACK_M);
-            direction += hit.normal * (2.0 * hit.cos_incidence);
-        }
-        None
+        let bearing_rad = self.bearing_rad(beam);
+        nearest_echo_m(caster, &self.config, pose, bearing_rad, bearing_rad)
     }
 
     /// What the sensor reports of an echo.
@@ -258,6 +215,134 @@ impl Sonar {
     }
 }
 
-fn unit(angle_rad: f64) -> Vector2<f64> {
-    Vector2::new(angle_rad.cos(), angle_rad.sin())
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::seed::Seed;
+
+    #[test]
+    fn noise_has_the_stated_statistics() {
+        let config = SonarConfig {
+            short_probability: 0.1,
+            lost_probability: 0.2,
+            resolution_m: 0.0,
+            ..Default::default()
+        };
+        let (sonar, n) = (Sonar::new(config).unwrap(), 100_000);
+        let mut random = Seed(5).stream("noise");
+        let readings: Vec<Option<f64>> = (0..n)
+            .map(|_| sonar.corrupted(Some(3.0), &mut random))
+            .collect();
+        let lost = readings.iter().filter(|reading| reading.is_none()).count() as f64 / n as f64;
+        assert!((lost - 0.2).abs() < 0.005, "{lost}"); // 4 standard errors
+        // Short ones are uniform on [0.15, 3]: 2.35/2.85 of them lie below 2.5, where no noisy echo comes.
+        let short: Vec<f64> = readings
+            .iter()
+            .flatten()
+            .copied()
+            .filter(|&metres| metres < 2.5)
+            .collect();
+        let share = short.len() as f64 / n as f64;
+        assert!((share - 0.1 * 2.35 / 2.85).abs() < 0.004, "{share}");
+        let mean = short.iter().sum::<f64>() / short.len() as f64;
+        assert!((mean - (0.15 + 2.5) / 2.0).abs() < 0.03, "{mean}");
+
+        let sonar = Sonar::new(SonarConfig {
+            short_probability: 0.0,
+            lost_probability: 0.0,
+            ..sonar.config
+        })
+        .unwrap();
+        let errors: Vec<f64> = (0..n)
+            .map(|_| sonar.corrupted(Some(3.0), &mut random).unwrap() - 3.0)
+            .collect();
+        let mean = errors.iter().sum::<f64>() / n as f64;
+        let sd = (errors.iter().map(|error| error * error).sum::<f64>() / n as f64).sqrt();
+        // 0.01 + 0.01 · 3 m
+        assert!(
+            mean.abs() < 0.0006 && (sd - 0.04).abs() < 0.0004,
+            "{mean} ± {sd}"
+        );
+    }
+
+    #[test]
+    fn readings_step_by_the_resolution_and_stay_in_their_bounds() {
+        let sonar = Sonar::new(SonarConfig {
+            short_probability: 0.0,
+            resolution_m: 0.05,
+            ..Default::default()
+        })
+        .unwrap();
+        let mut random = Seed(6).stream("noise");
+        for echo_m in [0.02, 1.3, 9.99] {
+            for reading_m in (0..2000).filter_map(|_| sonar.corrupted(Some(echo_m), &mut random)) {
+                let steps = reading_m / 0.05;
+                assert!((steps - steps.round()).abs() < 1e-9 && (0.15..10.0).contains(&reading_m));
+            }
+        }
+    }
+
+    #[test]
+    fn constants_out_of_bounds_are_told_by_name() {
+        let default = SonarConfig::default;
+        for (key, config) in [
+            (
+                "beams",
+                SonarConfig {
+                    beams: 0,
+                    ..default()
+                },
+            ),
+            (
+                "rays",
+                SonarConfig {
+                    rays: 1_000_000,
+                    ..default()
+                },
+            ),
+            (
+                "opening_rad",
+                SonarConfig {
+                    opening_rad: -0.1,
+                    ..default()
+                },
+            ),
+            (
+                "noise_m",
+                SonarConfig {
+                    noise_m: -0.1,
+                    ..default()
+                },
+            ),
+            (
+                "noise_per_m",
+                SonarConfig {
+                    noise_per_m: f64::NAN,
+                    ..default()
+                },
+            ),
+            (
+                "maximum_m",
+                SonarConfig {
+                    maximum_m: 0.1,
+                    ..default()
+                },
+            ),
+            (
+                "lost_probability",
+                SonarConfig {
+                    lost_probability: 1.5,
+                    ..default()
+                },
+            ),
+        ] {
+            let error = Sonar::new(config).unwrap_err();
+            assert!(
+                error.is_usage() && error.to_string().contains(&format!("`{key}`")),
+                "{error}"
+            );
+        }
+        assert!(serde_json::from_str::<SonarConfig>(r#"{"beams": 16}"#).is_ok());
+        assert!(serde_json::from_str::<SonarConfig>(r#"{"beems": 16}"#).is_err());
+    }
 }
