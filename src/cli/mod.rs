@@ -1,8 +1,11 @@
 //! The command line: arguments in, exit status out. Results on standard output, progress and warnings on standard error.
 
 mod config;
+mod demo;
 mod export;
+mod features;
 mod import;
+mod localise;
 mod progress;
 mod score;
 mod train;
@@ -25,8 +28,11 @@ struct Arguments {
 /// One file a command.
 #[derive(Debug, Subcommand)]
 enum Command {
+    Demo(demo::Arguments),
     Import(import::Arguments),
     Train(train::Arguments),
+    Localise(localise::Arguments),
+    Features(features::Arguments),
     Export(export::Arguments),
     Score(score::Arguments),
 }
@@ -45,8 +51,11 @@ pub enum Outcome {
 pub fn run() -> ExitCode {
     let arguments = Arguments::parse(); // clap itself exits with 2 on a wrong call
     let result: Result<Outcome> = match arguments.command {
+        Command::Demo(arguments) => demo::run(arguments),
         Command::Import(arguments) => import::run(arguments),
         Command::Train(arguments) => train::run(arguments),
+        Command::Localise(arguments) => localise::run(arguments),
+        Command::Features(arguments) => features::run(arguments),
         Command::Export(arguments) => export::run(arguments),
         Command::Score(arguments) => score::run(arguments),
     };

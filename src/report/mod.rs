@@ -1,6 +1,7 @@
 //! Results as tables and pictures: values in, text out (plain, CSV, Markdown, SVG); whoever calls writes the files.
 
 mod canvas;
+pub mod localisation;
 mod plot;
 mod scatter;
 mod table;

@@ -1,0 +1,102 @@
+//! `ballmark features`: what each filter answers where.
+
+use super::{Outcome, localise::write_text, print};
+use crate::{
+    detector::Detector,
+    error::Result,
+    model::Model,
+    recording::{Recording, npz},
+    report::{Curve, Panel, Trace, scatter_plot, stacked_plot},
+};
+use ndarray::Array2;
+use std::{fmt::Write, path::PathBuf};
+
+/// What each filter answers where: a CSV file, and a plot beside it.
+///
+/// Columns: index, x_m, y_m, heading_rad, f1, f2, … with f the probability that the feature is seen. The plot (.svg,
+/// of the same name) shows them along the route, or in the plane where the dataset has no route.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:
+  ballmark features models/corridor-2m.safetensors datasets/corridor-small.npz -o features.csv")]
+pub struct Arguments {
+    /// Model, as `ballmark train` writes it.
+    #[arg(value_name = "M.safetensors")]
+    model: PathBuf,
+    /// Dataset to answer for.
+    #[arg(value_name = "D.npz")]
+    dataset: PathBuf,
+    /// CSV file to write.
+    #[arg(short, long, value_name = "F.csv")]
+    output: PathBuf,
+}
+
+pub fn run(arguments: Arguments) -> Result<Outcome> {
+    let model = Model::read(&arguments.model)?;
+    let recording = npz::read(&arguments.dataset)?;
+    let answers = model
+        .detector()
+        .probabilities(&recording)
+        .map_err(|e| e.in_file(&arguments.dataset))?;
+    write_text(&arguments.output, &csv(&recording, &answers))?;
+    let picture = arguments.output.with_extension("svg");
+    let title = format!("Filters for uncertainty {}", model.header.prior);
+    write_text(&picture, &plot(&title, &recording, &answers)?)?;
+    print(&format!(
+        "{}: {} snapshots, {} features\n{}: their plot\n",
+        arguments.output.display(),
+        recording.len(),
+        answers.ncols(),
+        picture.display()
+    ))?;
+    Ok(Outcome::Done)
+}
+
+/// One row a snapshot.
+pub(super) fn csv(recording: &Recording, answers: &Array2<f32>) -> String {
+    let mut text = String::from("index,x_m,y_m,heading_rad");
+    for i in 1..=answers.ncols() {
+        let _ = write!(text, ",f{i}"); // writing to a String can't fail
+    }
+    text.push('\n');
+    for (k, row) in answers.rows().into_iter().enumerate() {
+        let p = recording.poses()[k];
+        let _ = write!(text, "{k},{},{},{}", p.x_m, p.y_m, p.heading_rad);
+        for f in row {
+            let _ = write!(text, ",{f}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Along the route, the last run that goes all the way, a panel a feature; in the plane, the first feature by place.
+pub(super) fn plot(title: &str, recording: &Recording, answers: &Array2<f32>) -> Result<String> {
+    let column = |i: usize| {
+        answers
+            .column(i)
+            .iter()
+            .map(|&f| f64::from(f))
+            .collect::<Vec<f64>>()
+    };
+    let Some(route) = recording.route_m() else {
+        let (x, y): (Vec<f64>, Vec<f64>) = recording.poses().iter().map(|p| (p.x_m, p.y_m)).unzip();
+        return scatter_plot(title, "P(f1 = 1)", &x, &y, &column(0), Some((0.0, 1.0)));
+    };
+    let runs = recording.runs();
+    let run = runs[runs.len() - 1].clone();
+    let mut order: Vec<usize> = run.collect();
+    order.sort_by(|&a, &b| route[a].total_cmp(&route[b]));
+    let panels: Vec<Panel> = (0..answers.ncols())
+        .map(|i| Panel {
+            y_label: format!("P(f{} = 1)", i + 1),
+            curves: vec![Curve {
+                name: String::new(),
+                x: order.iter().map(|&k| route[k]).collect(),
+                y: order.iter().map(|&k| f64::from(answers[[k, i]])).collect(),
+                band: None,
+            }],
+            y_range: Some((0.0, 1.0)),
+        })
+        .collect();
+    stacked_plot(title, "along the route (m)", &panels, Trace::Line)
+}

@@ -1,0 +1,153 @@
+//! `ballmark localise`: global localisation and position tracking on runs that training never saw.
+
+use super::{Outcome, config::Experiment, print, progress::Progress, warn};
+use crate::{
+    belief::Evidence,
+    error::{Error, Result},
+    experiment::{
+        contenders::Parts,
+        global::{self, Record},
+    },
+    model::Model,
+    recording::npz,
+    report::localisation,
+    storage,
+};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+/// Localise on runs that training never saw, beside baselines that learn nothing.
+///
+/// Given the dataset that the model was trained on, the trials run on its test part (`ballmark train --test-fold`), or
+/// on the validation part where there is none. Given another dataset, they run on all of it; the baselines then need
+/// --trained-on.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:
+  ballmark localise models/corridor-2m.safetensors datasets/corridor-small.npz --trials 20")]
+pub struct Arguments {
+    /// Model, as `ballmark train` writes it.
+    #[arg(value_name = "M.safetensors")]
+    model: PathBuf,
+    /// Dataset to localise in.
+    #[arg(value_name = "D.npz")]
+    dataset: PathBuf,
+    /// The dataset that the model was trained on, where that is another one: the baselines need it.
+    #[arg(long, value_name = "T.npz")]
+    trained_on: Option<PathBuf>,
+    /// Folder for the curves (CSV) and their pictures (SVG).
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Configuration; its section [localise] holds for all that no flag below says otherwise.
+    #[arg(long, value_name = "C.toml")]
+    config: Option<PathBuf>,
+    /// Number of trials.
+    #[arg(long, value_name = "N")]
+    trials: Option<usize>,
+    /// The one seed of the run.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// How answers become likelihoods: sampled, jeffrey, likelihood or mean-field.
+    #[arg(long, value_name = "NAME")]
+    evidence: Option<Evidence>,
+    /// One JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: Arguments) -> Result<Outcome> {
+    let mut config = Experiment::read(arguments.config.as_deref())?.localise;
+    config.trials = arguments.trials.unwrap_or(config.trials);
+    config.seed = arguments.seed.unwrap_or(config.seed);
+    config.evidence = arguments.evidence.unwrap_or(config.evidence);
+    config.check()?;
+    let model = Model::read(&arguments.model)?;
+    let recording = npz::read(&arguments.dataset)?;
+    let trained_on = arguments.trained_on.as_deref().map(npz::read).transpose()?;
+    let in_dataset = |e: Error| {
+        if e.is_usage() {
+            e
+        } else {
+            e.in_file(&arguments.dataset)
+        }
+    };
+    let parts = Parts::new(&model, &recording, trained_on).map_err(in_dataset)?;
+    if parts.school.is_none() {
+        warn(
+            "note: no baselines: they learn from the dataset that the model was trained on; name it with --trained-on",
+        );
+    }
+    let started = Instant::now();
+    let mut progress = Progress::new("localising", if parts.school.is_some() { 5 } else { 2 });
+    let mut played = 0;
+    let record = global::localise(&model, &parts, &config, &mut |who| {
+        progress.at(played, who);
+        played += 1;
+    })
+    .map_err(in_dataset)?;
+    progress.done();
+    let seconds = started.elapsed().as_secs_f64();
+    if let Some(folder) = &arguments.out {
+        storage::make_folder(folder)?;
+        write_report(folder, "Localisation on unseen runs", &record)?;
+        let resolved = serde_json::json!({ "localise": config, "model": model.header });
+        write_text(&folder.join("config.json"), &format!("{resolved:#}\n"))?;
+    }
+    if arguments.json {
+        print(&format!("{}\n", json(&record, seconds)?))?;
+    } else {
+        let mut table = localisation::table(&record);
+        table.caption(format!(
+            "belief over {} cells, {} evidence, seed {}, {seconds:.1} s",
+            record.cells, config.evidence, config.seed
+        ));
+        print(&table.text())?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Table, curves and pictures of a record, in a folder that exists.
+pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Result<()> {
+    write_text(
+        &folder.join("localisation.csv"),
+        &localisation::table(record).csv(),
+    )?;
+    write_text(
+        &folder.join("error_by_distance.csv"),
+        &localisation::curves(record).csv(),
+    )?;
+    let anywhere = localisation::error_plot(&format!("{title}: start anywhere"), record, false)?;
+    write_text(&folder.join("error_by_distance.svg"), &anywhere)?;
+    let known = localisation::error_plot(&format!("{title}: start known"), record, true)?;
+    write_text(&folder.join("tracking_error.svg"), &known)
+}
+
+pub(super) fn write_text(path: &Path, text: &str) -> Result<()> {
+    storage::write_file(path, |out| out.write_all(text.as_bytes()))
+}
+
+/// The learned filters' figures at the top, each baseline's under its name.
+fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
+    let failed = |e: serde_json::Error| Error::work(format!("result: {e}"));
+    let mut all = serde_json::json!({
+        "trials": record.trials,
+        "cells": record.cells,
+        "unseen": record.unseen,
+        "covered": record.covered,
+        "unseen_is_validation": record.unseen_is_validation,
+        "timing": { "seconds": seconds },
+    });
+    for standing in &record.standings {
+        let value = serde_json::to_value(standing).map_err(failed)?;
+        match value {
+            serde_json::Value::Object(fields) if standing.name == "learned" => {
+                for (key, field) in fields {
+                    all[key] = field;
+                }
+            }
+            other => all[standing.name] = other,
+        }
+    }
+    Ok(all)
+}

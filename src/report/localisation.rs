@@ -1,0 +1,145 @@
+//! What localisation trials gave, for readers: one table, the curves as CSV, and their picture.
+
+use super::{Cell, Curve, Table, line_plot};
+use crate::{
+    error::Result,
+    experiment::global::{Course, Record, Standing},
+};
+
+/// Distances at which the table shows the mean expected error, in metres.
+const SHOWN_AT_M: f64 = 10.0;
+
+/// One row a contender.
+pub fn table(record: &Record) -> Table {
+    let priors: Vec<String> = record.standings.first().map_or(Vec::new(), |s| {
+        s.held_out.iter().map(|h| h.prior.to_string()).collect()
+    });
+    let mut headers = vec!["system".to_string()];
+    headers.extend(
+        priors
+            .iter()
+            .map(|prior| format!("reduction {} (%)", plus_minus(prior))),
+    );
+    headers.extend(
+        [
+            "converged (%)",
+            "after (m)",
+            "mean < 1 m at (m)",
+            "error at 10 m (m)",
+            "tracking error (m)",
+        ]
+        .map(String::from),
+    );
+    let mut table = Table::new(headers);
+    for standing in &record.standings {
+        let mut row = vec![Cell::Text(standing.title.clone())];
+        for i in 0..priors.len() {
+            let reduction = standing
+                .held_out
+                .get(i)
+                .map(|h| 100.0 * h.score.error_reduction);
+            row.push(Cell::number(reduction, 1));
+        }
+        let global = &standing.global;
+        row.push(Cell::Number(100.0 * global.converged_fraction, 0));
+        row.push(Cell::number(global.distance_to_converge_m, 1));
+        row.push(Cell::number(global.mean_error_below_1m_at_m, 1));
+        row.push(Cell::number(error_at(global, SHOWN_AT_M), 2));
+        row.push(Cell::number(error_at(&standing.tracking, SHOWN_AT_M), 2));
+        table.row(row);
+    }
+    table.caption(format!(
+        "{} trials on snapshots that training never saw{}; {} of {} unseen snapshots lie at places seen in training",
+        record.trials,
+        if record.unseen_is_validation { " (but that stopped it: somewhat flattering)" } else { "" },
+        record.covered,
+        record.unseen
+    ));
+    table.caption("reduction: expected error that one snapshot takes away, under that prior; its best case is 100 %");
+    table.caption("converged: expected error under 1 m and the likeliest place right, for 5 m; after: median distance (–: fewer than half)");
+    table.caption(
+        "tracking: from a known start, expected error after 10 m (or –: no trial is that long)",
+    );
+    table
+}
+
+fn plus_minus(prior: &str) -> String {
+    if prior.starts_with(|c: char| c.is_ascii_digit()) {
+        format!("±{prior}")
+    } else {
+        prior.to_string()
+    }
+}
+
+fn error_at(course: &Course, distance_m: f64) -> Option<f64> {
+    course
+        .error_by_distance
+        .iter()
+        .find(|row| row.distance_m >= distance_m - 1e-9)
+        .map(|row| row.expected_error_m)
+}
+
+/// All mean curves, one row a contender, kind of start and distance.
+pub fn curves(record: &Record) -> Table {
+    let mut table = Table::new([
+        "system",
+        "start",
+        "distance_m",
+        "expected_error_m",
+        "point_error_m",
+        "low95_m",
+        "high95_m",
+        "trials",
+    ]);
+    for standing in &record.standings {
+        for (start, course) in [
+            ("anywhere", &standing.global),
+            ("known", &standing.tracking),
+        ] {
+            for row in &course.error_by_distance {
+                table.row([
+                    Cell::Text(standing.name.into()),
+                    Cell::Text(start.into()),
+                    Cell::Number(row.distance_m, 2),
+                    Cell::Number(row.expected_error_m, 4),
+                    Cell::Number(row.point_error_m, 4),
+                    Cell::Number(row.ci95_m[0], 4),
+                    Cell::Number(row.ci95_m[1], 4),
+                    Cell::Count(row.trials as u64),
+                ]);
+            }
+        }
+    }
+    table
+}
+
+/// Expected error against distance, with 95 % bands, from an unknown or a known start.
+///
+/// # Errors
+/// None with a record that was made by an experiment.
+pub fn error_plot(title: &str, record: &Record, known_start: bool) -> Result<String> {
+    let curve = |standing: &Standing| {
+        let rows = &if known_start {
+            &standing.tracking
+        } else {
+            &standing.global
+        }
+        .error_by_distance;
+        Curve {
+            name: standing.title.clone(),
+            x: rows.iter().map(|row| row.distance_m).collect(),
+            y: rows.iter().map(|row| row.expected_error_m).collect(),
+            band: Some((
+                rows.iter().map(|row| row.ci95_m[0]).collect(),
+                rows.iter().map(|row| row.ci95_m[1]).collect(),
+            )),
+        }
+    };
+    let curves: Vec<Curve> = record.standings.iter().map(curve).collect();
+    line_plot(
+        title,
+        "distance travelled (m)",
+        "expected error (m)",
+        &curves,
+    )
+}
