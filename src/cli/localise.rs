@@ -132,6 +132,7 @@ fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
     let failed = |e: serde_json::Error| Error::work(format!("result: {e}"));
     let mut all = serde_json::json!({
         "trials": record.trials,
+        "stretches": record.stretches,
         "cells": record.cells,
         "unseen": record.unseen,
         "covered": record.covered,

@@ -5,10 +5,10 @@ use super::{
     convergence::{
         Answers, Row, converged_at_m, error_curve, mean_below_1m_at_m, median_distance_m,
     },
-    trials::{self, Trial},
+    trials::{self, Drawing, Trial},
 };
 use crate::{
-    belief::{Belief, Evidence, Grid, GridConfig, OdometryMotion, Uncertainty},
+    belief::{Belief, Evidence, Grid, GridConfig, Neighbours, OdometryMotion, Uncertainty},
     error::{Error, Result},
     learning::trainer::Score,
     localiser::BayesLocaliser,
@@ -17,7 +17,7 @@ use crate::{
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 /// How trials are played.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -143,6 +143,8 @@ pub struct HeldOut {
 pub struct Record {
     /// Number of trials.
     pub trials: usize,
+    /// Unseen stretches that they run in.
+    pub stretches: usize,
     /// Cells of the belief.
     pub cells: usize,
     /// Unseen snapshots, and those of them at places that training saw.
@@ -167,15 +169,19 @@ pub fn localise(
 ) -> Result<Record> {
     config.check()?;
     let seed = Seed(config.seed);
-    let trials = trials::draw(
-        parts.run,
-        &parts.unseen,
-        config.trials,
-        config.spacing_m,
-        config.shortest_m,
-        config.longest_m,
-        seed,
+    let near = Neighbours::find(
+        &model.places(),
+        &parts.places,
+        &model.header.recipe.map.nearness,
     )?;
+    let stretches = trials::stretches(parts.run, &parts.unseen, |k| near.is_mapped(k));
+    let drawing = Drawing {
+        count: config.trials,
+        spacing_m: config.spacing_m,
+        shortest_m: config.shortest_m,
+        longest_m: config.longest_m,
+    };
+    let trials = trials::draw(parts.run, &stretches, &drawing, seed)?;
     let grid = Arc::new(Grid::over(&model.places(), &config.grid)?);
     let mut priors = vec![
         Uncertainty::Window {
@@ -214,6 +220,11 @@ pub fn localise(
     }
     Ok(Record {
         trials: trials.len(),
+        stretches: trials
+            .iter()
+            .map(|trial| trial.stretch)
+            .collect::<BTreeSet<_>>()
+            .len(),
         cells: grid.len(),
         unseen: parts.unseen.len(),
         covered: parts.covered(model).len(),

@@ -19,54 +19,82 @@ pub struct Trial {
     pub travelled_m: Vec<f64>,
 }
 
-/// Consecutive unseen snapshots of one run.
-pub fn stretches(recording: &Recording, unseen: &[usize]) -> Vec<Range<usize>> {
+/// How trials are drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drawing {
+    /// Number of trials.
+    pub count: usize,
+    /// Metres between two snapshots; where the log is sparser, every one is taken.
+    pub spacing_m: f64,
+    /// A start leaves at least this much of its stretch.
+    pub shortest_m: f64,
+    /// A trial ends after this much.
+    pub longest_m: f64,
+}
+
+/// A way through unmapped places no longer than this does not end a stretch, in metres.
+const LONGEST_GAP_M: f64 = 1.0;
+
+/// Consecutive unseen snapshots of one run, from mapped place to mapped place: where there is no map, nobody can find
+/// out where he is, and the trial would judge the map-maker's way instead of the localiser.
+pub fn stretches(
+    recording: &Recording,
+    unseen: &[usize],
+    is_mapped: impl Fn(usize) -> bool,
+) -> Vec<Range<usize>> {
     let runs = recording.runs();
     let run_of = |k: usize| runs.partition_point(|run| run.end <= k);
+    let travelled = recording.travelled_m();
     let mut stretches: Vec<Range<usize>> = Vec::new();
+    let mut previous = None; // unseen snapshot before this one
     for &k in unseen {
-        match stretches.last_mut() {
-            Some(last) if last.end == k && run_of(k) == run_of(last.start) => last.end = k + 1,
-            _ => stretches.push(k..k + 1),
+        let unbroken = previous.is_some_and(|before| before + 1 == k);
+        if is_mapped(k) {
+            match stretches.last_mut() {
+                Some(last)
+                    if unbroken
+                        && run_of(k) == run_of(last.start)
+                        && travelled[k] - travelled[last.end - 1] <= LONGEST_GAP_M =>
+                {
+                    last.end = k + 1;
+                }
+                _ => stretches.push(k..k + 1),
+            }
         }
+        previous = Some(k);
     }
     stretches
 }
 
-/// Draws `count` trials of at most `longest_m` metres whose starts leave at least `shortest_m` of their stretch, evenly
-/// over all such starts; a snapshot every `spacing_m` or, where the log is sparser, every one.
+/// Draws trials whose starts lie evenly over all snapshots that leave enough of their stretch.
 ///
 /// # Errors
 /// Where no stretch is long enough.
 pub fn draw(
     recording: &Recording,
-    unseen: &[usize],
-    count: usize,
-    spacing_m: f64,
-    shortest_m: f64,
-    longest_m: f64,
+    stretches: &[Range<usize>],
+    drawing: &Drawing,
     seed: Seed,
 ) -> Result<Vec<Trial>> {
     let travelled = recording.travelled_m();
-    let stretches = stretches(recording, unseen);
+    let length = |s: &Range<usize>| travelled[s.end - 1] - travelled[s.start];
     let starts: Vec<(usize, usize)> = stretches
         .iter()
         .enumerate()
         .flat_map(|(s, stretch)| stretch.clone().map(move |k| (s, k)))
-        .filter(|&(s, k)| travelled[stretches[s].end - 1] - travelled[k] >= shortest_m)
+        .filter(|&(s, k)| travelled[stretches[s].end - 1] - travelled[k] >= drawing.shortest_m)
         .collect();
     if starts.is_empty() {
-        let longest = stretches
-            .iter()
-            .map(|s| travelled[s.end - 1] - travelled[s.start])
-            .fold(0.0, f64::max);
         return Err(Error::work(format!(
-            "no unseen stretch is {shortest_m} m long (the longest: {longest:.1} m); expected longer stretches or runs \
-             (split.stretch_m) or shorter trials (localise.shortest_m)"
+            "no trial possible: the longest of {} unseen stretches through places seen in training is {:.1} m; expected \
+             {} m (localise.shortest_m), or a split with longer stretches (train.split.unit)",
+            stretches.len(),
+            stretches.iter().map(length).fold(0.0, f64::max),
+            drawing.shortest_m
         )));
     }
     let mut random = seed.stream("trial starts");
-    let mut drawn: Vec<(usize, usize)> = (0..count)
+    let mut drawn: Vec<(usize, usize)> = (0..drawing.count)
         .map(|_| starts[random.random_range(0..starts.len())])
         .collect();
     drawn.sort_unstable();
@@ -81,11 +109,11 @@ pub fn draw(
             for k in start + 1..stretches[stretch].end {
                 let distance = travelled[k] - travelled[start];
                 let last = trial.travelled_m[trial.travelled_m.len() - 1];
-                if distance > longest_m {
+                if distance > drawing.longest_m {
                     break;
                 }
                 // A thousandth of slack, or a log with a snapshot every 0.5 m would give one every metre.
-                if distance - last >= spacing_m * 0.999 {
+                if distance - last >= drawing.spacing_m * 0.999 {
                     trial.snapshots.push(k);
                     trial.travelled_m.push(distance);
                 }
@@ -93,4 +121,87 @@ pub fn draw(
             trial
         })
         .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        geometry::Pose,
+        recording::{Channel, Columns},
+    };
+
+    /// Two runs of 40 snapshots, 0.25 m apart.
+    fn recording() -> Recording {
+        let pose: Vec<Pose> = (0..80)
+            .map(|k| Pose::new((k % 40) as f64 * 0.25, 0.0, 0.0))
+            .collect();
+        let channel = Channel {
+            name: "light".into(),
+            width: 1,
+            unit: "lux".into(),
+            bearing_rad: None,
+            maximum: None,
+        };
+        Recording::new(Columns {
+            channels: vec![channel],
+            values: ndarray::Array2::zeros((80, 1)),
+            stamp_s: vec![0.0; 80],
+            odometry: pose.clone(),
+            pose,
+            run: (0..80).map(|k| k / 40).collect(),
+            ..Columns::default()
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn a_stretch_ends_with_its_run_at_seen_snapshots_and_where_the_map_ends() {
+        let unseen: Vec<usize> = (0..10).chain(15..60).collect();
+        let all = stretches(&recording(), &unseen, |_| true);
+        assert_eq!(all, [0..10, 15..40, 40..60]);
+        let hole = |from: usize, to: usize| {
+            stretches(&recording(), &unseen, move |k| !(from..to).contains(&k))
+        };
+        assert_eq!(hole(20, 23), [0..10, 15..40, 40..60]); // 19 to 23 is 1 m
+        assert_eq!(hole(20, 24), [0..10, 15..20, 24..40, 40..60]);
+    }
+
+    #[test]
+    fn trials_keep_their_spacing_and_their_length() {
+        let drawing = Drawing {
+            count: 50,
+            spacing_m: 0.5,
+            shortest_m: 4.0,
+            longest_m: 5.0,
+        };
+        let drawn = draw(&recording(), &[0..40, 40..60], &drawing, Seed(1)).unwrap();
+        assert_eq!(drawn.len(), 50);
+        assert!(drawn.iter().any(|t| t.stretch == 1) && drawn.iter().any(|t| t.stretch == 0));
+        for trial in &drawn {
+            let end = trial.travelled_m[trial.travelled_m.len() - 1];
+            assert!((3.99..=5.0).contains(&end), "{end}");
+            assert!(
+                trial
+                    .travelled_m
+                    .windows(2)
+                    .all(|d| (d[1] - d[0] - 0.5).abs() < 1e-9)
+            );
+        }
+        assert_eq!(
+            drawn,
+            draw(&recording(), &[0..40, 40..60], &drawing, Seed(1)).unwrap()
+        );
+        assert_ne!(
+            drawn,
+            draw(&recording(), &[0..40, 40..60], &drawing, Seed(2)).unwrap()
+        );
+        let short = draw(&recording(), &[0..10], &drawing, Seed(1))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            short.contains("2.2 m") || short.contains("2.3 m"),
+            "{short}"
+        );
+    }
 }

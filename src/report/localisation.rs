@@ -49,8 +49,9 @@ pub fn table(record: &Record) -> Table {
         table.row(row);
     }
     table.caption(format!(
-        "{} trials on snapshots that training never saw{}; {} of {} unseen snapshots lie at places seen in training",
+        "{} trials in {} stretches that training never saw{}; {} of {} unseen snapshots lie at places seen in training",
         record.trials,
+        record.stretches,
         if record.unseen_is_validation { " (but that stopped it: somewhat flattering)" } else { "" },
         record.covered,
         record.unseen
