@@ -37,8 +37,9 @@ pub struct LocaliseConfig {
     pub evidence: Evidence,
     /// Cells of the belief.
     pub grid: GridConfig,
-    /// What the filter believes of odometry.
-    pub motion: OdometryMotion,
+    /// What the filter believes of odometry; nothing said: what the model learned of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<OdometryMotion>,
     /// Position tracking starts with this standard deviation around the truth …
     pub start_spread_m: f64,
     /// … and this one in heading.
@@ -57,7 +58,7 @@ impl Default for LocaliseConfig {
             longest_m: 30.0,
             evidence: Evidence::Jeffrey,
             grid: GridConfig::default(),
-            motion: OdometryMotion::default(),
+            motion: None,
             start_spread_m: 0.3,
             start_spread_rad: 0.1,
             resamples: 1000,
@@ -204,8 +205,17 @@ pub fn localise(
     let mut standings = Vec::new();
     for contender in contenders(&arena)? {
         progress(&contender.title);
-        let play =
-            |known_start: bool| course(&contender, &trials, parts, &grid, config, known_start);
+        let motion = config.motion.as_ref().unwrap_or(&model.header.motion);
+        let play = |known_start: bool| {
+            course(
+                &contender,
+                &trials,
+                (parts, motion),
+                &grid,
+                config,
+                known_start,
+            )
+        };
         let (global, tracking) = (play(false)?, play(true)?);
         let scores = priors.iter().zip(contender.held_out);
         standings.push(Standing {
@@ -236,7 +246,7 @@ pub fn localise(
 fn course(
     contender: &Contender,
     trials: &[Trial],
-    parts: &Parts,
+    (parts, motion): (&Parts, &OdometryMotion),
     grid: &Arc<Grid>,
     config: &LocaliseConfig,
     known_start: bool,
@@ -257,7 +267,7 @@ fn course(
             };
             let stream = Seed(config.seed).numbered_stream("sampled features", t as u64);
             let sensor = contender.sensor.as_deref();
-            let mut robot = BayesLocaliser::new(grid, &config.motion, start, sensor, stream)?;
+            let mut robot = BayesLocaliser::new(grid, motion, start, sensor, stream)?;
             let mut answers = Answers {
                 expected_error_m: Vec::new(),
                 point_error_m: Vec::new(),
