@@ -33,6 +33,8 @@ pub struct LocaliseConfig {
     pub shortest_m: f64,
     /// A trial ends after this much.
     pub longest_m: f64,
+    /// A stretch ends where its way leads for more than this through places that training never saw.
+    pub longest_gap_m: f64,
     /// How answers become likelihoods.
     pub evidence: Evidence,
     /// Cells of the belief.
@@ -54,9 +56,10 @@ impl Default for LocaliseConfig {
             seed: 1,
             trials: 60,
             spacing_m: 0.5,
-            shortest_m: 7.0,
+            shortest_m: 5.0,
             longest_m: 30.0,
-            evidence: Evidence::Jeffrey,
+            longest_gap_m: 3.0,
+            evidence: Evidence::MeanField,
             grid: GridConfig::default(),
             motion: None,
             start_spread_m: 0.3,
@@ -88,6 +91,9 @@ impl LocaliseConfig {
                 "shortest_m, localise.longest_m",
                 "positive numbers of metres, the first not above the second",
             );
+        }
+        if !(self.longest_gap_m.is_finite() && self.longest_gap_m >= 0.0) {
+            return wrong("longest_gap_m", "0 or more metres");
         }
         if !positive(self.start_spread_m) || !positive(self.start_spread_rad) {
             return wrong(
@@ -175,7 +181,12 @@ pub fn localise(
         &parts.places,
         &model.header.recipe.map.nearness,
     )?;
-    let stretches = trials::stretches(parts.run, &parts.unseen, |k| near.is_mapped(k));
+    let stretches = trials::stretches(
+        parts.run,
+        &parts.unseen,
+        |k| near.is_mapped(k),
+        config.longest_gap_m,
+    );
     let drawing = Drawing {
         count: config.trials,
         spacing_m: config.spacing_m,
