@@ -119,6 +119,8 @@ pub struct Contender {
     pub name: &'static str,
     /// In words, for tables.
     pub title: String,
+    /// Of the kernel, as tuned on the validation part for a global prior.
+    pub bandwidth: Option<f64>,
     /// Error reduction of one snapshot on the unseen part, under the priors asked for.
     pub held_out: Vec<Score>,
     /// Likelihood of every cell; `None`: odometry alone.
@@ -163,6 +165,7 @@ pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
         Contender {
             name: "learned",
             title: format!("{} learned features", model.features()),
+            bandwidth: None,
             held_out,
             sensor: Some(Box::new(sensor)),
         }
@@ -177,6 +180,7 @@ pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
     all.push(Contender {
         name: "odometry_only",
         title: "odometry alone".into(),
+        bandwidth: None,
         held_out: Vec::new(),
         sensor: None,
     });
@@ -220,7 +224,8 @@ impl Arena<'_> {
         let sensor = KernelModel::new(run.view(), training.view(), cells, bandwidth, chance);
         Ok(Contender {
             name: "kernel",
-            title: format!("raw-scan kernel (h = {bandwidth})"),
+            title: "raw-scan kernel".into(),
+            bandwidth: Some(bandwidth),
             held_out,
             sensor: Some(Box::new(sensor)),
         })
@@ -249,6 +254,7 @@ impl Arena<'_> {
         Ok(Contender {
             name,
             title: format!("{bits} random bits"),
+            bandwidth: None,
             held_out,
             sensor: Some(Box::new(sensor)),
         })

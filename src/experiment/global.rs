@@ -126,6 +126,9 @@ pub struct Standing {
     pub name: &'static str,
     /// In words.
     pub title: String,
+    /// Of the kernel, in deviations of the inputs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bandwidth: Option<f64>,
     /// Trials that start anywhere.
     #[serde(flatten)]
     pub global: Course,
@@ -232,6 +235,7 @@ pub fn localise(
         standings.push(Standing {
             name: contender.name,
             title: contender.title,
+            bandwidth: contender.bandwidth,
             global,
             tracking,
             held_out: scores

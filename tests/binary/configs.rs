@@ -1,0 +1,49 @@
+//! Every experiment in `configs/` runs, at toy size, on the shipped dataset.
+
+use super::support::Workplace;
+use std::path::Path;
+
+#[test]
+fn every_config_trains_and_localises() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let dataset = root.join("datasets/corridor-small.npz");
+    let mut configs: Vec<_> = std::fs::read_dir(root.join("configs"))
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
+    configs.retain(|path| path.extension().is_some_and(|e| e == "toml"));
+    configs.sort();
+    assert!(configs.len() >= 4, "{configs:?}");
+    for config in configs {
+        let place = Workplace::new();
+        let (data, config) = (dataset.to_str().unwrap(), config.to_str().unwrap());
+        let train = [
+            "train",
+            data,
+            "-o",
+            "m.safetensors",
+            "--config",
+            config,
+            "--steps",
+            "4",
+            "--json",
+        ];
+        let told: serde_json::Value =
+            serde_json::from_str(&place.ballmark(&train).done().stdout).unwrap();
+        assert_eq!(told["steps"], 4, "{config}");
+        let localise = [
+            "localise",
+            "m.safetensors",
+            data,
+            "--config",
+            config,
+            "--trials",
+            "3",
+            "--json",
+        ];
+        let told: serde_json::Value =
+            serde_json::from_str(&place.ballmark(&localise).done().stdout).unwrap();
+        assert_eq!(told["trials"], 3, "{config}");
+        assert_eq!(place.files(), ["m.safetensors"]);
+    }
+}

@@ -1,0 +1,265 @@
+//! `ballmark localise`, `features` and `demo` on the real binary.
+
+use super::support::Workplace;
+use std::path::Path;
+
+fn shipped(path: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join(path)
+        .to_str()
+        .unwrap()
+        .to_string()
+}
+
+/// A model of the shipped dataset, of which a quarter is kept for testing.
+fn trained(place: &Workplace) {
+    let data = shipped("datasets/corridor-small.npz");
+    let arguments = [
+        "train",
+        &data,
+        "-o",
+        "m.safetensors",
+        "--steps",
+        "20",
+        "--test-fold",
+        "3",
+        "--features",
+        "2",
+    ];
+    place.ballmark(&arguments).done();
+}
+
+#[test]
+fn every_contender_is_in_the_table_and_in_the_json() {
+    let place = Workplace::new();
+    trained(&place);
+    let data = shipped("datasets/corridor-small.npz");
+    let table = place.ballmark(&["localise", "m.safetensors", &data, "--trials", "4"]);
+    for title in [
+        "2 learned features",
+        "raw-scan kernel",
+        "2 random bits",
+        "64 random bits",
+        "odometry alone",
+    ] {
+        assert!(
+            table.done().stdout.contains(title),
+            "{title}: {}",
+            table.stdout
+        );
+    }
+    assert!(
+        table.stdout.lines().all(|line| line.chars().count() <= 100),
+        "{}",
+        table.stdout
+    );
+    let json = place.ballmark(&[
+        "localise",
+        "m.safetensors",
+        &data,
+        "--trials",
+        "4",
+        "--json",
+        "--out",
+        "report",
+    ]);
+    let told: serde_json::Value = serde_json::from_str(&json.done().stdout).unwrap();
+    let keys = [
+        "converged_fraction",
+        "distance_to_converge_m",
+        "mean_error_below_1m_at_m",
+        "error_by_distance",
+        "tracking",
+    ];
+    for contender in [
+        &told,
+        &told["kernel"],
+        &told["random_bits"],
+        &told["random_bits_64"],
+        &told["odometry_only"],
+    ] {
+        for key in keys {
+            assert!(
+                contender.get(key).is_some(),
+                "{key} is missing in {contender}"
+            );
+        }
+        let row = &contender["error_by_distance"][1];
+        assert_eq!(row["distance_m"], 0.5);
+        let (mean, interval) = (row["expected_error_m"].as_f64().unwrap(), &row["ci95_m"]);
+        assert!(
+            interval[0].as_f64().unwrap() <= mean + 1e-9
+                && mean <= interval[1].as_f64().unwrap() + 1e-9,
+            "{row}"
+        );
+    }
+    let files = [
+        "config.json",
+        "error_by_distance.csv",
+        "error_by_distance.svg",
+        "localisation.csv",
+        "tracking_error.svg",
+    ];
+    for file in files {
+        assert!(
+            place.path("report").join(file).metadata().unwrap().len() > 100,
+            "{file}"
+        );
+    }
+}
+
+#[test]
+fn the_same_call_gives_the_same_bytes_for_any_number_of_threads() {
+    let place = Workplace::new();
+    trained(&place);
+    let data = shipped("datasets/corridor-small.npz");
+    let arguments = [
+        "localise",
+        "m.safetensors",
+        &data,
+        "--trials",
+        "4",
+        "--evidence",
+        "sampled",
+        "--json",
+    ];
+    let with_threads = |threads: &str| {
+        let mut call = std::process::Command::new(super::support::binary());
+        call.args(arguments)
+            .current_dir(place.path(""))
+            .env("RAYON_NUM_THREADS", threads);
+        let mut told: serde_json::Value =
+            serde_json::from_str(&super::support::answer(&mut call).done().stdout).unwrap();
+        told["timing"] = serde_json::Value::Null;
+        told.to_string()
+    };
+    assert_eq!(with_threads("1"), with_threads("3"));
+}
+
+#[test]
+fn a_part_that_training_saw_is_no_trial() {
+    let place = Workplace::new();
+    let data = shipped("datasets/corridor-small.npz");
+    place.write("all.toml", "[train.split]\nvalidation_every = 0\n");
+    place
+        .ballmark(&[
+            "train",
+            &data,
+            "-o",
+            "m.safetensors",
+            "--steps",
+            "2",
+            "--config",
+            "all.toml",
+        ])
+        .done();
+    place
+        .ballmark(&["localise", "m.safetensors", &data])
+        .refused(1, &["corridor-small.npz", "saw every snapshot"]);
+}
+
+#[test]
+fn another_recording_is_all_unseen_and_baselines_need_the_school() {
+    let place = Workplace::new();
+    let (model, data) = (
+        shipped("models/corridor-2m.safetensors"),
+        shipped("datasets/corridor-small.npz"),
+    );
+    let alone = place.ballmark(&["localise", &model, &data, "--trials", "3"]);
+    assert!(
+        alone.done().stderr.contains("--trained-on") && !alone.stdout.contains("kernel"),
+        "{}",
+        alone.stderr
+    );
+    let wrong = place.ballmark(&[
+        "localise",
+        &model,
+        &data,
+        "--trained-on",
+        &data,
+        "--trials",
+        "3",
+    ]);
+    wrong.refused(1, &["--trained-on names another dataset"]);
+}
+
+#[test]
+fn other_sensors_than_the_model_has_are_refused_by_name() {
+    let place = Workplace::new();
+    let csv: String = (0..40)
+        .map(|k| format!("{k},{},0,0,{}\n", f64::from(k) * 0.5, k % 7))
+        .collect();
+    place.write(
+        "light.csv",
+        format!("time_s,x_m,y_m,heading_rad,light\n{csv}"),
+    );
+    place
+        .ballmark(&["import", "light.csv", "-o", "light.npz"])
+        .done();
+    let model = shipped("models/corridor-2m.safetensors");
+    place
+        .ballmark(&["features", &model, "light.npz", "-o", "f.csv"])
+        .refused(1, &["light.npz", "no channel `sonar`", "light"]);
+    let answer = place.ballmark(&["localise", &model, "light.npz"]);
+    answer.refused(1, &["light.npz", "along a route"]);
+    assert_eq!(place.files(), ["light.csv", "light.npz"]);
+}
+
+#[test]
+fn features_are_one_row_a_snapshot_between_0_and_1() {
+    let place = Workplace::new();
+    let (model, data) = (
+        shipped("models/corridor-2m.safetensors"),
+        shipped("datasets/corridor-small.npz"),
+    );
+    place
+        .ballmark(&["features", &model, &data, "-o", "f.csv"])
+        .done();
+    let text = std::fs::read_to_string(place.path("f.csv")).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "index,x_m,y_m,heading_rad,f1,f2,f3,f4"
+    );
+    let mut rows = 0;
+    for (k, line) in lines.enumerate() {
+        let numbers: Vec<f64> = line.split(',').map(|n| n.parse().unwrap()).collect();
+        assert_eq!((numbers[0], numbers.len()), (k as f64, 8));
+        assert!(
+            numbers[4..].iter().all(|f| (0.0..=1.0).contains(f)),
+            "{line}"
+        );
+        rows += 1;
+    }
+    assert!(rows > 500);
+    assert!(
+        std::fs::read_to_string(place.path("f.svg"))
+            .unwrap()
+            .starts_with("<svg")
+    );
+}
+
+#[test]
+fn the_demo_goes_all_the_way() {
+    let place = Workplace::new();
+    let answer = place.ballmark(&["demo", "--toy", "--out", "here"]);
+    let lines: Vec<&str> = answer
+        .done()
+        .stdout
+        .lines()
+        .filter(|l| l.starts_with("4 learned features"))
+        .collect();
+    assert_eq!(lines.len(), 2, "{}", answer.stdout);
+    for file in [
+        "corridor.npz",
+        "corridor-2m.safetensors",
+        "features-global.svg",
+        "localisation-2m/error_by_distance.csv",
+    ] {
+        assert!(place.path("here").join(file).exists(), "{file}");
+    }
+    place.write("file", "");
+    place
+        .ballmark(&["demo", "--toy", "--out", "file/here"])
+        .refused(1, &["file/here", "cannot make the folder"]);
+}
