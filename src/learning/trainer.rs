@@ -92,7 +92,7 @@ pub fn train(
     }
     let stopped_by = loop {
         let step = trainer.steps();
-        if step % recipe.descent.validate_every == 0 || step == recipe.descent.steps {
+        if step.is_multiple_of(recipe.descent.validate_every) || step == recipe.descent.steps {
             let validation = trainer.validate(&trainer.now.nets)?;
             trainer
                 .now
@@ -108,7 +108,7 @@ pub fn train(
             break StoppedBy::Validation;
         }
         if let Some(path) =
-            checkpoint.filter(|_| step > 0 && step % recipe.descent.checkpoint_every == 0)
+            checkpoint.filter(|_| step > 0 && step.is_multiple_of(recipe.descent.checkpoint_every))
         {
             checkpoint::write(path, identity, &trainer.now)?;
         }

@@ -1,5 +1,7 @@
 //! The real binary, called as a user calls it: one test binary for all commands.
 
 mod import;
+mod model;
 mod score;
 mod support;
+mod train;
