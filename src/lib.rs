@@ -47,6 +47,9 @@ pub mod geometry;
 pub mod seed;
 pub mod storage;
 
+// arrays by name in one file
+pub mod archive;
+
 // what a robot saw, and the files it comes in
 pub mod recording;
 

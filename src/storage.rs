@@ -20,6 +20,12 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     fs::read(path).map_err(|e| Error::io("cannot read", path, e))
 }
 
+/// What a file of `len` bytes may unpack to: text logs shrink to a tenth, constant arrays to a thousandth, but no log
+/// of any size does as a whole. So a small file can't ask for all the memory there is.
+pub fn largest_content(len: usize) -> u64 {
+    (64 << 20) + 200 * len as u64
+}
+
 /// Writes `path` whole or not at all: a temporary file beside it, fsync, rename. Whatever stood there before stays
 /// until the new content is safe, and nothing half-written is left behind when the disk or a limit refuses.
 ///
@@ -34,22 +40,7 @@ pub fn write_file(
     content: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> Result<()> {
     let refused = |e: io::Error| Error::io("cannot write", path, e);
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
-        _ => PathBuf::from("."),
-    };
-    if path.is_dir() {
-        return Err(Error::file(
-            path,
-            "cannot write: a folder of that name exists; expected a file name",
-        ));
-    }
-    if folder.exists() && !folder.is_dir() {
-        return Err(Error::file(
-            path,
-            format!("cannot write: {} is a file, not a folder", folder.display()),
-        ));
-    }
+    let folder = check_target(path)?;
     // Permissions as the user's umask has them, not the owner-only ones that temporary files get by default.
     #[cfg(unix)]
     let builder = {
@@ -69,6 +60,28 @@ pub fn write_file(
     temporary.as_file().sync_all().map_err(refused)?;
     temporary.persist(path).map_err(|e| refused(e.error))?;
     Ok(())
+}
+
+/// Can a file of that name be made, as far as can be told beforehand? Returns the folder it goes to. Asked before long
+/// work, so that the answer does not come after it.
+///
+/// # Errors
+/// Where a folder of that name exists, or the folder that it would lie in is a file or does not exist.
+pub fn check_target(path: &Path) -> Result<PathBuf> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    };
+    let fault = if path.is_dir() {
+        "a folder of that name exists; expected a file name".to_string()
+    } else if folder.is_dir() {
+        return Ok(folder);
+    } else if folder.exists() {
+        format!("{} is a file, not a folder", folder.display())
+    } else {
+        format!("the folder {} does not exist", folder.display())
+    };
+    Err(Error::file(path, format!("cannot write: {fault}")))
 }
 
 /// Makes a folder for results, with its parents.

@@ -33,9 +33,8 @@ impl Experiment {
             Error::usage(format!("{}: not UTF-8 text; expected TOML", path.display()))
         })?;
         toml::from_str(&text).map_err(|e| {
-            let line = e.span().map_or(1, |span| {
-                text[..span.start.min(text.len())].lines().count().max(1)
-            });
+            let before = e.span().map_or(0, |span| span.start.min(text.len()));
+            let line = 1 + text.bytes().take(before).filter(|b| *b == b'\n').count();
             let fault = e.message().replace('\n', " ");
             Error::usage(format!("{}: line {line}: {fault}", path.display()))
         })

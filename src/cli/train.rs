@@ -76,7 +76,8 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         "learning",
     )
     .map_err(|e| {
-        if e.is_io() || e.is_usage() {
+        // A checkpoint at fault is named already; what is left is the dataset.
+        if e.is_io() || e.is_usage() || e.is_input() {
             e
         } else {
             e.in_file(&arguments.dataset)

@@ -73,12 +73,16 @@ impl InputConfig {
 }
 
 /// A fitted preprocessing: from raw values to inputs of mean 0 and deviation 1.
+///
+/// As JSON it has no mean and deviation: a model keeps them as arrays.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     channels: Vec<ChannelInput>,
     /// Mean of every input over the training part, before normalising.
+    #[serde(skip)]
     pub mean: Vec<f32>,
     /// Standard deviation of every input over the training part, never 0.
+    #[serde(skip)]
     pub deviation: Vec<f32>,
 }
 
@@ -141,6 +145,38 @@ impl Input {
             input.deviation.push(deviation.max(SMALLEST_DEVIATION));
         }
         Ok(input)
+    }
+
+    /// Checks what may have come from a file, so that it can be used without fear.
+    ///
+    /// # Errors
+    /// Where channels, sectors and constants don't fit one another; the message names the fault.
+    pub fn check(&self) -> Result<()> {
+        let wrong = |fault: String| Err(Error::work(fault));
+        let mut inputs = 0usize;
+        for channel in &self.channels {
+            if !channel.is_sound() {
+                return wrong(format!(
+                    "channel `{}`: expected values, a clip above 0, 1 sector to one a value, and what is kept of each",
+                    channel.name.escape_debug()
+                ));
+            }
+            inputs = inputs.saturating_add(channel.inputs());
+        }
+        let (mean, deviation) = (self.mean.len(), self.deviation.len());
+        if inputs == 0 || mean != inputs || deviation != inputs {
+            return wrong(format!(
+                "{mean} means and {deviation} deviations; expected {inputs} of each, one an input, and at least one"
+            ));
+        }
+        match self
+            .deviation
+            .iter()
+            .find(|d| !(d.is_finite() && **d > 0.0))
+        {
+            Some(d) => wrong(format!("a deviation of {d}; expected all above 0")),
+            None => Ok(()),
+        }
     }
 
     /// The same inputs with one deviation for all of a channel, so that distances between inputs are those between the
@@ -271,6 +307,23 @@ impl ChannelInput {
             from += channel.width;
         }
         Err(missing(&self.name, channels))
+    }
+
+    fn is_sound(&self) -> bool {
+        self.width > 0
+            && match &self.kind {
+                Kind::Ranges {
+                    clip,
+                    sectors,
+                    sector_values,
+                } => {
+                    clip.is_finite()
+                        && *clip > 0.0
+                        && (1..=self.width).contains(sectors)
+                        && !sector_values.is_empty()
+                }
+                Kind::Values => true,
+            }
     }
 
     fn inputs(&self) -> usize {

@@ -43,16 +43,28 @@ impl Default for NetConfig {
     }
 }
 
+/// Most units of a hidden layer, and most hidden layers: far beyond what is trained full-batch, and small enough that a
+/// slip of the keyboard does not ask for all the memory there is.
+const MOST_UNITS: usize = 10_000;
+const MOST_LAYERS: usize = 16;
+
 impl NetConfig {
     /// # Errors
-    /// Where a layer has no units.
+    /// Where a layer has no units or too many, or there are too many layers.
     pub fn check(&self) -> Result<()> {
-        match self.hidden.contains(&0) {
-            true => Err(Error::usage(
-                "network.hidden: expected at least one unit in every hidden layer",
-            )),
-            false => Ok(()),
+        let units = |&units: &usize| (1..=MOST_UNITS).contains(&units);
+        if let Some(wrong) = self.hidden.iter().find(|&n| !units(n)) {
+            return Err(Error::usage(format!(
+                "network.hidden: a layer of {wrong} units; expected 1 to {MOST_UNITS}"
+            )));
         }
+        if self.hidden.len() > MOST_LAYERS {
+            return Err(Error::usage(format!(
+                "network.hidden: {} layers; expected at most {MOST_LAYERS}",
+                self.hidden.len()
+            )));
+        }
+        Ok(())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     optimiser::{Descent, Memory},
-    recipe::Recipe,
+    recipe::{Optimiser, Recipe},
     trainer::Progress,
 };
 use crate::{
@@ -69,6 +69,9 @@ impl Checkpoint {
 /// Key of the file's metadata under which the identity of the training stands.
 const IDENTITY: &str = "ballmark_training";
 
+/// Length of the hexadecimal SHA-256 that ends the file.
+const DIGEST: usize = 64;
+
 /// Writes a checkpoint, whole or not at all. `identity` names the training: its resolved recipe and its data.
 ///
 /// # Errors
@@ -124,18 +127,27 @@ pub fn write(path: &Path, identity: &str, now: &Checkpoint) -> Result<()> {
         .collect::<std::result::Result<Vec<_>, safetensors::SafeTensorError>>()
         .map_err(|e| Error::work(format!("checkpoint: {e}")))?;
     let metadata = HashMap::from([(IDENTITY.to_string(), storage::sha256(identity.as_bytes()))]);
-    let bytes = safetensors::serialize(views, Some(metadata))
+    let mut bytes = safetensors::serialize(views, Some(metadata))
         .map_err(|e| Error::work(format!("checkpoint: {e}")))?;
+    let digest = storage::sha256(&bytes);
+    bytes.extend(digest.as_bytes());
     storage::write_file(path, |out| io::Write::write_all(out, &bytes))
 }
 
-/// Takes up a checkpoint of the training named by `identity`.
+/// The content of a checkpoint file, if its digest says that not a bit of it has changed: a flipped bit in a weight would
+/// go unseen otherwise, and training would end in another model.
+fn undamaged(bytes: &[u8]) -> Option<&[u8]> {
+    let (content, digest) = bytes.split_at_checked(bytes.len().checked_sub(DIGEST)?)?;
+    (storage::sha256(content).as_bytes() == digest).then_some(content)
+}
+
+/// Takes up a checkpoint of the training named by `identity`, whose networks have the shape of `like`.
 ///
 /// # Errors
 /// Where the file is damaged, or belongs to a training with another recipe or other data.
-pub fn read(path: &Path, identity: &str, recipe: &Recipe, device: &Device) -> Result<Checkpoint> {
-    let activation = recipe.network.activation;
-    let bytes = storage::read_file(path)?;
+pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result<Checkpoint> {
+    let device = Device::flex();
+    let file = storage::read_file(path)?;
     let damaged = |what: &str| {
         Error::input(
             path,
@@ -143,7 +155,8 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, device: &Device) -> Re
             "is not as a checkpoint has it; train without --resume to start afresh",
         )
     };
-    let (_, header) = SafeTensors::read_metadata(&bytes).map_err(|_| damaged("the header"))?;
+    let bytes = undamaged(&file).ok_or_else(|| damaged("the content"))?;
+    let (_, header) = SafeTensors::read_metadata(bytes).map_err(|_| damaged("the header"))?;
     let whose = header
         .metadata()
         .as_ref()
@@ -155,7 +168,7 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, device: &Device) -> Re
             "is a checkpoint of another training (other data, recipe or version); train without --resume to start afresh",
         ));
     }
-    let file = SafeTensors::deserialize(&bytes).map_err(|_| damaged("the content"))?;
+    let file = SafeTensors::deserialize(bytes).map_err(|_| damaged("the content"))?;
     let get = |name: String| -> Result<Option<Tensor<3>>> {
         let Ok(view) = file.tensor(&name) else {
             return Ok(None);
@@ -171,7 +184,7 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, device: &Device) -> Re
             .collect();
         Ok(Some(Tensor::from_data(
             TensorData::new::<f32, _>(numbers, shape),
-            device,
+            &device,
         )))
     };
     let numbers: Vec<f64> = match file.tensor("numbers") {
@@ -188,36 +201,41 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, device: &Device) -> Re
         }
         _ => return Err(damaged("numbers")),
     };
+    let same_shape = |found: Option<Tensor<3>>, like: &Tensor<3>, name: &str| {
+        found
+            .filter(|t| t.dims() == like.dims())
+            .ok_or_else(|| damaged(name))
+    };
     let layers = |which: &str| -> Result<Nets> {
-        let (mut weight, mut bias) = (Vec::new(), Vec::new());
-        while let Some(found) = get(format!("{which}.{}.weight", weight.len()))? {
-            let name = format!("{which}.{}.bias", weight.len());
-            bias.push(get(name.clone())?.ok_or_else(|| damaged(&name))?);
-            weight.push(found);
-        }
-        if weight.is_empty() {
-            Err(damaged(which))
-        } else {
-            Ok(Nets {
-                weight,
-                bias,
-                activation,
-            })
-        }
+        let each = |part: &str, like: &[Tensor<3>]| -> Result<Vec<Tensor<3>>> {
+            let named = |l: usize| format!("{which}.{l}.{part}");
+            let numbered = like.iter().enumerate();
+            numbered
+                .map(|(l, like)| same_shape(get(named(l))?, like, &named(l)))
+                .collect()
+        };
+        Ok(Nets {
+            weight: each("weight", &like.weight)?,
+            bias: each("bias", &like.bias)?,
+            activation: like.activation,
+        })
     };
     let mut descent = Descent::new(&recipe.descent);
     descent.steps = numbers[0] as usize;
-    loop {
-        let p = descent.memory.len();
-        let of = |what: &str| get(format!("memory.{p}.{what}"));
-        match (of("first")?, of("second")?, of("velocity")?) {
-            (Some(first), Some(second), None) => {
-                descent.memory.push(Memory::Adam { first, second })
-            }
-            (None, None, Some(velocity)) => descent.memory.push(Memory::Momentum { velocity }),
-            (None, None, None) => break,
-            _ => return Err(damaged(&format!("memory.{p}"))),
-        }
+    for (p, like) in like.weight.iter().chain(&like.bias).enumerate() {
+        let of = |what: &str| {
+            let name = format!("memory.{p}.{what}");
+            same_shape(get(name.clone())?, like, &name)
+        };
+        descent.memory.push(match recipe.descent.optimiser {
+            Optimiser::Adam => Memory::Adam {
+                first: of("first")?,
+                second: of("second")?,
+            },
+            Optimiser::Momentum => Memory::Momentum {
+                velocity: of("velocity")?,
+            },
+        });
     }
     Ok(Checkpoint {
         nets: layers("now")?,

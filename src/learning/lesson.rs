@@ -66,6 +66,12 @@ impl Lesson {
                 recipe.uncertainty
             )));
         }
+        if prior.prior_error_m().iter().all(|&error_m| error_m == 0.0) {
+            return Err(Error::work(
+                "the training snapshots that could be mistaken for one another were all taken at the same place, so no \
+                 mistake costs anything; expected a robot that moves",
+            ));
+        }
         let smoothing = Smoothing {
             neighbours: Neighbours::find(&places, &places, &recipe.map.nearness)?,
             unmodelled_probability: recipe.map.unmodelled_probability,
@@ -146,6 +152,9 @@ impl Exam {
             return None;
         }
         let prior = PriorOperator::new(recipe.uncertainty, &all_places.select(&counted), places);
+        if prior.prior_error_m().iter().all(|&error_m| error_m == 0.0) {
+            return None; // a reduction of nothing is no number
+        }
         Some(Self {
             inputs: all_inputs.select(Axis(0), &counted),
             prior,

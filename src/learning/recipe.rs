@@ -144,6 +144,14 @@ impl Recipe {
         if let Some((key, value)) = counts.into_iter().find(|(_, value)| *value == 0) {
             return wrong(key, &value, "at least 1");
         }
+        let unmodelled = self.map.unmodelled_probability;
+        if !(0.0..1.0).contains(&unmodelled) {
+            return wrong(
+                "map.unmodelled_probability",
+                &unmodelled,
+                "0 or more, below 1",
+            );
+        }
         self.input.check()?;
         self.network.check()?;
         self.split.check()

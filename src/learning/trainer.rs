@@ -86,163 +86,168 @@ pub fn train(
     identity: &str,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Trained> {
-    let device = Device::flex();
-    let seed = Seed(recipe.seed);
-    let mut now = match checkpoint.filter(|path| resume && path.exists()) {
-        Some(path) => checkpoint::read(path, identity, recipe, &device)?,
-        None => {
-            let mut random = seed.stream("initial weights");
-            let weights = Weights::random(
-                &recipe.network,
-                lesson.input.width(),
-                recipe.features,
-                &mut random,
-            );
-            Checkpoint::start(Nets::new(&weights, &device), Descent::new(&recipe.descent))
-        }
-    };
-    let inputs = tensor(lesson.inputs.view(), &device);
-    let mut stopped_by = StoppedBy::Steps;
-    loop {
-        let step = now.descent.steps;
-        if step % recipe.descent.validate_every == 0 || step == recipe.descent.steps {
-            now.look(
-                step,
-                validate(lesson, &now.nets, &inputs, &device)?.map(|e| e.error_reduction()),
-            );
-            progress(now.progress(recipe));
+    let mut trainer = Trainer::new(recipe, lesson);
+    if let Some(path) = checkpoint.filter(|path| resume && path.exists()) {
+        trainer.now = checkpoint::read(path, identity, recipe, &trainer.now.nets)?;
+    }
+    let stopped_by = loop {
+        let step = trainer.steps();
+        if step.is_multiple_of(recipe.descent.validate_every) || step == recipe.descent.steps {
+            let validation = trainer.validate(&trainer.now.nets)?;
+            trainer
+                .now
+                .look(step, validation.map(|e| e.error_reduction()));
+            progress(trainer.now.progress(recipe));
         }
         if step >= recipe.descent.steps {
-            break;
+            break StoppedBy::Steps;
         }
-        if now.best_validation.is_some() && step - now.best_step >= recipe.descent.patience {
-            stopped_by = StoppedBy::Validation;
-            break;
+        if trainer.now.best_validation.is_some()
+            && step - trainer.now.best_step >= recipe.descent.patience
+        {
+            break StoppedBy::Validation;
         }
         if let Some(path) =
-            checkpoint.filter(|_| step > 0 && step % recipe.descent.checkpoint_every == 0)
+            checkpoint.filter(|_| step > 0 && step.is_multiple_of(recipe.descent.checkpoint_every))
         {
-            checkpoint::write(path, identity, &now)?;
+            checkpoint::write(path, identity, &trainer.now)?;
         }
-        let noisy = with_noise(lesson, recipe, seed, step, &inputs, &device)?;
-        one_step(&mut now, lesson, recipe, noisy, &device)?;
-    }
-    finish(now, lesson, recipe, stopped_by, &inputs, &device)
+        trainer.step()?;
+    };
+    trainer.finish(stopped_by)
 }
 
-/// Forward, objective outside the tape, backward through the networks, step.
-fn one_step(
-    now: &mut Checkpoint,
-    lesson: &Lesson,
-    recipe: &Recipe,
+/// A training between two steps.
+pub struct Trainer<'a> {
+    recipe: &'a Recipe,
+    lesson: &'a Lesson,
+    device: Device,
+    /// The lesson's inputs on the device, `[snapshot, input]`.
     inputs: Tensor<2>,
-    device: &Device,
-) -> Result<()> {
-    let tracked = |t: &Tensor<3>| Tensor::from_inner(t.clone()).require_grad();
-    let mut nets = now.nets.clone();
-    nets.weight = nets.weight.iter().map(tracked).collect();
-    nets.bias = nets.bias.iter().map(tracked).collect();
-
-    let output = nets.forward(Tensor::from_inner(inputs)); // [snapshot, feature]
-    let activation = to_f64(output.clone().inner())?;
-    let (e, gradient) = lesson.objective(activation.view(), recipe.descent.map_in_objective)?;
-    if !e.posterior_error_m.is_finite() || gradient.iter().any(|g| !g.is_finite()) {
-        return Err(Error::work(format!(
-            "the objective is no longer a number after {} steps; expected a smaller descent.learning_rate",
-            now.descent.steps
-        )));
-    }
-    now.training = e.error_reduction();
-    // ∂E/∂g is known in closed form, so the tape only carries Σ g ∘ ∂E/∂g back through the networks.
-    let scaled = gradient.mapv(|g| (g / e.prior_error_m) as f32);
-    let surrogate = (output * Tensor::from_inner(tensor(scaled.view(), device))).sum();
-    let mut gradients = surrogate.backward();
-    let mut take = |t: &Tensor<3>| {
-        t.grad_remove(&mut gradients)
-            .ok_or_else(|| Error::work("a parameter of the networks got no gradient"))
-    };
-    let parameters: Vec<Tensor<3>> = nets.weight.iter().chain(&nets.bias).cloned().collect();
-    let slopes = parameters
-        .iter()
-        .map(&mut take)
-        .collect::<Result<Vec<_>>>()?;
-    let mut moved = now
-        .descent
-        .step(parameters.into_iter().map(Tensor::inner).collect(), slopes);
-    now.nets.bias = moved.split_off(nets.weight.len());
-    now.nets.weight = moved;
-    Ok(())
-}
-
-/// Inputs with this step's noise: the same for the same seed and step, whatever happened before.
-fn with_noise(
-    lesson: &Lesson,
-    recipe: &Recipe,
-    seed: Seed,
-    step: usize,
-    inputs: &Tensor<2>,
-    device: &Device,
-) -> Result<Tensor<2>> {
-    if recipe.descent.input_noise == 0.0 {
-        return Ok(inputs.clone());
-    }
-    let normal = Normal::new(0.0, recipe.descent.input_noise as f32)
-        .map_err(|e| Error::usage(format!("descent.input_noise: {e}")))?;
-    let mut random = seed.numbered_stream("input noise", step as u64);
-    let noisy = lesson.inputs.mapv(|x| x + normal.sample(&mut random));
-    Ok(tensor(noisy.view(), device))
-}
-
-fn validate(
-    lesson: &Lesson,
-    nets: &Nets,
-    inputs: &Tensor<2>,
-    device: &Device,
-) -> Result<Option<Evaluation>> {
-    let Some(exam) = &lesson.exam else {
-        return Ok(None);
-    };
-    let training = to_f64(nets.forward(inputs.clone()))?;
-    let truth = to_f64(nets.forward(tensor(exam.inputs.view(), device)))?;
-    lesson
-        .examine(exam, truth.view(), training.view())
-        .map(Some)
-}
-
-fn finish(
     now: Checkpoint,
-    lesson: &Lesson,
-    recipe: &Recipe,
-    stopped_by: StoppedBy,
-    inputs: &Tensor<2>,
-    device: &Device,
-) -> Result<Trained> {
-    let nets = if now.best_validation.is_some() {
-        now.best_nets
-    } else {
-        now.nets
-    };
-    let activation = nets.forward(inputs.clone());
-    let (train, _) = lesson.objective(
-        to_f64(activation.clone())?.view(),
-        recipe.descent.map_in_objective,
-    )?;
-    let validation = validate(lesson, &nets, inputs, device)?;
-    let shape = (lesson.inputs.nrows(), recipe.features);
-    Ok(Trained {
-        weights: nets.weights()?,
-        activation: Array2::from_shape_vec(shape, values(activation)?)
-            .map_err(|e| Error::work(e.to_string()))?,
-        train: score(&train, lesson.inputs.nrows()),
-        validation: validation.map(|e| {
-            score(
-                &e,
-                lesson.exam.as_ref().map_or(0, |exam| exam.inputs.nrows()),
-            )
-        }),
-        steps: now.descent.steps,
-        stopped_by,
-    })
+}
+
+impl<'a> Trainer<'a> {
+    /// Before the first step: networks of random weights, drawn from the recipe's seed.
+    pub fn new(recipe: &'a Recipe, lesson: &'a Lesson) -> Self {
+        let device = Device::flex();
+        let weights = Weights::random(
+            &recipe.network,
+            lesson.input.width(),
+            recipe.features,
+            &mut Seed(recipe.seed).stream("initial weights"),
+        );
+        let nets = Nets::new(&weights, &device);
+        Self {
+            recipe,
+            lesson,
+            inputs: tensor(lesson.inputs.view(), &device),
+            now: Checkpoint::start(nets, Descent::new(&recipe.descent)),
+            device,
+        }
+    }
+
+    /// Steps taken.
+    pub fn steps(&self) -> usize {
+        self.now.descent.steps
+    }
+
+    /// One step of all networks on all training snapshots: forward, objective outside the tape, backward through the
+    /// networks, descent.
+    ///
+    /// # Errors
+    /// Where the objective or its gradient is no longer a finite number.
+    pub fn step(&mut self) -> Result<()> {
+        let tracked = |t: &Tensor<3>| Tensor::from_inner(t.clone()).require_grad();
+        let mut nets = self.now.nets.clone();
+        nets.weight = nets.weight.iter().map(tracked).collect();
+        nets.bias = nets.bias.iter().map(tracked).collect();
+
+        let output = nets.forward(Tensor::from_inner(self.with_noise()?)); // [snapshot, feature]
+        let activation = to_f64(output.clone().inner())?;
+        let (e, gradient) = self
+            .lesson
+            .objective(activation.view(), self.recipe.descent.map_in_objective)?;
+        if !e.posterior_error_m.is_finite() || gradient.iter().any(|g| !g.is_finite()) {
+            return Err(Error::work(format!(
+                "the objective is no longer a number after {} steps; expected a smaller descent.learning_rate",
+                self.steps()
+            )));
+        }
+        self.now.training = e.error_reduction();
+        // ∂E/∂g is known in closed form, so the tape only carries Σ g ∘ ∂E/∂g back through the networks.
+        let scaled = gradient.mapv(|g| (g / e.prior_error_m) as f32);
+        let surrogate = (output * Tensor::from_inner(tensor(scaled.view(), &self.device))).sum();
+        let mut gradients = surrogate.backward();
+        let mut take = |t: &Tensor<3>| {
+            t.grad_remove(&mut gradients)
+                .ok_or_else(|| Error::work("a parameter of the networks got no gradient"))
+        };
+        let parameters: Vec<Tensor<3>> = nets.weight.iter().chain(&nets.bias).cloned().collect();
+        let slopes = parameters
+            .iter()
+            .map(&mut take)
+            .collect::<Result<Vec<_>>>()?;
+        let mut moved = self
+            .now
+            .descent
+            .step(parameters.into_iter().map(Tensor::inner).collect(), slopes);
+        self.now.nets.bias = moved.split_off(nets.weight.len());
+        self.now.nets.weight = moved;
+        Ok(())
+    }
+
+    /// Inputs with this step's noise: the same for the same seed and step, whatever happened before.
+    fn with_noise(&self) -> Result<Tensor<2>> {
+        let deviation = self.recipe.descent.input_noise;
+        if deviation == 0.0 {
+            return Ok(self.inputs.clone());
+        }
+        let normal = Normal::new(0.0, deviation as f32)
+            .map_err(|e| Error::usage(format!("descent.input_noise: {e}")))?;
+        let mut random = Seed(self.recipe.seed).numbered_stream("input noise", self.steps() as u64);
+        let noisy = self.lesson.inputs.mapv(|x| x + normal.sample(&mut random));
+        Ok(tensor(noisy.view(), &self.device))
+    }
+
+    /// The validation part under some networks, where there is one.
+    fn validate(&self, nets: &Nets) -> Result<Option<Evaluation>> {
+        let Some(exam) = &self.lesson.exam else {
+            return Ok(None);
+        };
+        let training = to_f64(nets.forward(self.inputs.clone()))?;
+        let truth = to_f64(nets.forward(tensor(exam.inputs.view(), &self.device)))?;
+        self.lesson
+            .examine(exam, truth.view(), training.view())
+            .map(Some)
+    }
+
+    fn finish(self, stopped_by: StoppedBy) -> Result<Trained> {
+        let nets = match self.now.best_validation {
+            Some(_) => &self.now.best_nets,
+            None => &self.now.nets,
+        };
+        let activation = nets.forward(self.inputs.clone());
+        let (train, _) = self.lesson.objective(
+            to_f64(activation.clone())?.view(),
+            self.recipe.descent.map_in_objective,
+        )?;
+        let counted = self
+            .lesson
+            .exam
+            .as_ref()
+            .map_or(0, |exam| exam.inputs.nrows());
+        let shape = (self.lesson.inputs.nrows(), self.recipe.features);
+        Ok(Trained {
+            weights: nets.weights()?,
+            activation: Array2::from_shape_vec(shape, values(activation)?)
+                .map_err(|e| Error::work(e.to_string()))?,
+            train: score(&train, shape.0),
+            validation: self.validate(nets)?.map(|e| score(&e, counted)),
+            steps: self.steps(),
+            stopped_by,
+        })
+    }
 }
 
 fn score(e: &Evaluation, snapshots: usize) -> Score {
@@ -269,195 +274,4 @@ fn to_f64(tensor: Tensor<2>) -> Result<Array2<f64>> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        belief::Uncertainty,
-        geometry::Pose,
-        learning::recipe::{DescentConfig, Optimiser},
-        recording::{
-            Channel, Columns, Recording,
-            split::{SplitConfig, Unit},
-        },
-    };
-    use rand::RngExt;
-
-    /// Three runs along 20 m; eight readings that vary smoothly along it, with noise.
-    fn recording() -> Recording {
-        let per_run = 80;
-        let k = 3 * per_run;
-        let mut random = Seed(5).stream("toy recording");
-        let x = |k: usize| (k % per_run) as f64 * 0.25;
-        let pose: Vec<Pose> = (0..k).map(|k| Pose::new(x(k), 0.0, 0.0)).collect();
-        let values = Array2::from_shape_fn((k, 8), |(k, c)| {
-            let noise: f64 = random.random_range(-0.1..0.1);
-            (2.0 + (x(k) * (0.3 + 0.17 * c as f64) + c as f64).sin() + noise) as f32
-        });
-        let channel = Channel {
-            name: "light".into(),
-            width: 8,
-            unit: "lux".into(),
-            bearing_rad: None,
-            maximum: None,
-        };
-        Recording::new(Columns {
-            channels: vec![channel],
-            values,
-            stamp_s: (0..k).map(|k| k as f64).collect(),
-            odometry: pose.clone(),
-            route_m: Some((0..k).map(x).collect()),
-            pose,
-            run: (0..k).map(|k| (k / per_run) as i64).collect(),
-            ..Columns::default()
-        })
-        .unwrap()
-    }
-
-    fn recipe() -> Recipe {
-        let split = SplitConfig {
-            unit: Unit::Runs,
-            folds: 3,
-            test_fold: None,
-            validation_every: 3,
-        };
-        let descent = DescentConfig {
-            steps: 60,
-            validate_every: 5,
-            patience: 60,
-            checkpoint_every: 8,
-            ..Default::default()
-        };
-        Recipe {
-            features: 2,
-            uncertainty: Uncertainty::Global,
-            split,
-            descent,
-            ..Default::default()
-        }
-    }
-
-    fn lesson(recipe: &Recipe) -> Lesson {
-        let recording = recording();
-        Lesson::prepare(recipe, &recording, &recipe.split.split(&recording).unwrap()).unwrap()
-    }
-
-    fn trained(recipe: &Recipe) -> Trained {
-        train(recipe, &lesson(recipe), None, false, "", &mut |_| ()).unwrap()
-    }
-
-    #[test]
-    fn learns_to_tell_places_apart() {
-        for optimiser in [Optimiser::Adam, Optimiser::Momentum] {
-            let mut recipe = recipe();
-            recipe.descent.optimiser = optimiser;
-            if optimiser == Optimiser::Momentum {
-                recipe.descent.learning_rate = 1.0;
-                recipe.descent.weight_decay = 0.0;
-                recipe.descent.steps = 200;
-            }
-            let trained = trained(&recipe);
-            assert!(
-                trained.train.error_reduction > 0.4,
-                "{optimiser:?}: {:?}",
-                trained.train
-            );
-            assert!(
-                trained.validation.unwrap().error_reduction > 0.35,
-                "{optimiser:?}: {:?}",
-                trained.validation
-            );
-        }
-    }
-
-    #[test]
-    fn one_step_follows_the_numerical_gradient() {
-        // Momentum descent's first step is −η ∂(E/E_prior)/∂w: read the gradient off it and hold it to differences.
-        let mut recipe = recipe();
-        recipe.descent = DescentConfig {
-            optimiser: Optimiser::Momentum,
-            learning_rate: 1e-2,
-            weight_decay: 0.0,
-            steps: 1,
-            input_noise: 0.0,
-            ..recipe.descent
-        };
-        let mut lesson = lesson(&recipe);
-        lesson.exam = None; // so that the step's weights come back, not the best validated ones
-        let device = Device::flex();
-        let start = Weights::random(
-            &recipe.network,
-            8,
-            2,
-            &mut Seed(1).stream("initial weights"),
-        );
-        let error = |weights: &Weights| {
-            let output = Nets::new(weights, &device).forward(tensor(lesson.inputs.view(), &device));
-            let (e, _) = lesson
-                .objective(to_f64(output).unwrap().view(), true)
-                .unwrap();
-            e.posterior_error_m / e.prior_error_m
-        };
-        let after = train(&recipe, &lesson, None, false, "", &mut |_| ())
-            .unwrap()
-            .weights;
-        for (layer, at) in [
-            (0, [0, 3, 2]),
-            (0, [1, 7, 5]),
-            (1, [0, 4, 0]),
-            (1, [1, 1, 0]),
-        ] {
-            let slope =
-                f64::from(start.layers[layer].weight[at] - after.layers[layer].weight[at]) / 1e-2;
-            let moved = |h: f32| {
-                let mut weights = start.clone();
-                weights.layers[layer].weight[at] += h;
-                error(&weights)
-            };
-            let numerical = (moved(2e-2) - moved(-2e-2)) / 4e-2;
-            assert!(
-                (slope - numerical).abs() < 2e-2 * numerical.abs() + 2e-5,
-                "{layer} {at:?}: {slope} {numerical}"
-            );
-        }
-    }
-
-    #[test]
-    fn a_resumed_training_ends_in_the_same_bits() {
-        let recipe = recipe();
-        let lesson = lesson(&recipe);
-        let whole = train(&recipe, &lesson, None, false, "it", &mut |_| ()).unwrap();
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("model.checkpoint");
-        for killed_after in [3, 8, 29] {
-            let _ = std::fs::remove_file(&path);
-            let stopped = Recipe {
-                descent: DescentConfig {
-                    steps: killed_after,
-                    ..recipe.descent.clone()
-                },
-                ..recipe.clone()
-            };
-            train(&stopped, &lesson, Some(&path), false, "it", &mut |_| ()).unwrap();
-            let resumed = train(&recipe, &lesson, Some(&path), true, "it", &mut |_| ()).unwrap();
-            assert_eq!(
-                resumed.weights, whole.weights,
-                "killed after {killed_after} steps"
-            );
-            assert_eq!(resumed.steps, whole.steps);
-        }
-        let other = train(&recipe, &lesson, Some(&path), true, "another", &mut |_| ());
-        assert!(other.unwrap_err().to_string().contains("another training"));
-    }
-
-    #[test]
-    fn the_number_of_threads_changes_no_bit() {
-        let in_pool = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| trained(&recipe()).weights)
-        };
-        assert_eq!(in_pool(1), in_pool(4));
-    }
-}
+mod tests;

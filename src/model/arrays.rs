@@ -1,13 +1,20 @@
 //! Named arrays of two number types: what both containers carry.
 
 use crate::error::{Error, Result};
-use ndarray::{Array1, Array2, ArrayD, Ix1, Ix2};
-use std::path::Path;
+use ndarray::{Array, ArrayD, Dimension};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
-/// Arrays in the order they are written.
+/// What a file that is to be a model is told to be.
+pub(super) const EXPECTED: &str = "a model such as `ballmark train` writes";
+
+/// Arrays in the order of their names, whatever the container's own; errors name the file they are of.
 #[derive(Debug, Default)]
 pub(super) struct Arrays {
-    pub(super) list: Vec<(String, Values)>,
+    path: PathBuf,
+    by_name: BTreeMap<String, Values>,
 }
 
 #[derive(Debug)]
@@ -17,86 +24,77 @@ pub(super) enum Values {
 }
 
 impl Arrays {
-    pub(super) fn put_f32(&mut self, name: String, values: ArrayD<f32>) {
-        self.list.push((name, Values::F32(values)));
+    /// None yet, of the file `path`.
+    pub(super) fn new(path: &Path) -> Self {
+        Self {
+            path: path.to_path_buf(),
+            by_name: BTreeMap::new(),
+        }
     }
 
-    pub(super) fn put_f64(&mut self, name: String, values: ArrayD<f64>) {
-        self.list.push((name, Values::F64(values)));
+    pub(super) fn put_f32(&mut self, name: &str, values: ArrayD<f32>) {
+        self.by_name.insert(name.to_string(), Values::F32(values));
     }
 
-    pub(super) fn names(&self) -> impl Iterator<Item = &String> {
-        self.list.iter().map(|(name, _)| name)
+    pub(super) fn put_f64(&mut self, name: &str, values: ArrayD<f64>) {
+        self.by_name.insert(name.to_string(), Values::F64(values));
     }
 
-    fn get(&self, path: &Path, name: &str) -> Result<&Values> {
-        let found = self.list.iter().find(|(known, _)| known == name);
-        found.map(|(_, values)| values).ok_or_else(|| {
-            Error::input(
-                path,
-                format!("`{name}`"),
-                "missing; expected this array in a model",
+    pub(super) fn all(&self) -> impl Iterator<Item = (&String, &Values)> {
+        self.by_name.iter()
+    }
+
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.by_name.contains_key(name)
+    }
+
+    /// An error that names the file and the array.
+    pub(super) fn wrong(&self, name: &str, fault: impl std::fmt::Display) -> Error {
+        Error::input(
+            &self.path,
+            format!("array `{}`", name.escape_debug()),
+            fault,
+        )
+    }
+
+    /// The array of that name: f32, of so many axes as `D` has, all its numbers finite.
+    pub(super) fn f32<D: Dimension>(&self, name: &str) -> Result<Array<f32, D>> {
+        match self.get(name)? {
+            Values::F32(values) => self.checked(name, values, |v| v.is_finite()),
+            Values::F64(_) => Err(self.wrong(name, "f64; expected f32")),
+        }
+    }
+
+    /// The same in f64.
+    pub(super) fn f64<D: Dimension>(&self, name: &str) -> Result<Array<f64, D>> {
+        match self.get(name)? {
+            Values::F64(values) => self.checked(name, values, |v| v.is_finite()),
+            Values::F32(_) => Err(self.wrong(name, "f32; expected f64")),
+        }
+    }
+
+    fn get(&self, name: &str) -> Result<&Values> {
+        self.by_name
+            .get(name)
+            .ok_or_else(|| self.wrong(name, "missing; expected it in every model of this header"))
+    }
+
+    fn checked<T: Copy, D: Dimension>(
+        &self,
+        name: &str,
+        values: &ArrayD<T>,
+        is_finite: fn(T) -> bool,
+    ) -> Result<Array<T, D>> {
+        if let Some(at) = values.iter().position(|v| !is_finite(*v)) {
+            let fault = format!("entry {at} (in row order) is not finite; expected a number");
+            return Err(self.wrong(name, fault));
+        }
+        values.clone().into_dimensionality().map_err(|_| {
+            let axes = D::NDIM.map_or(String::new(), |n| n.to_string());
+            self.wrong(
+                name,
+                format!("shape {:?}; expected {axes} axes", values.shape()),
             )
         })
     }
-
-    fn f32(&self, path: &Path, name: &str) -> Result<&ArrayD<f32>> {
-        match self.get(path, name)? {
-            Values::F32(values) if values.iter().all(|v| v.is_finite()) => Ok(values),
-            Values::F32(_) => Err(Error::input(
-                path,
-                format!("`{name}`"),
-                "holds a number that is not finite",
-            )),
-            Values::F64(_) => Err(Error::input(path, format!("`{name}`"), "f64; expected f32")),
-        }
-    }
-
-    fn f64(&self, path: &Path, name: &str) -> Result<&ArrayD<f64>> {
-        match self.get(path, name)? {
-            Values::F64(values) if values.iter().all(|v| v.is_finite()) => Ok(values),
-            Values::F64(_) => Err(Error::input(
-                path,
-                format!("`{name}`"),
-                "holds a number that is not finite",
-            )),
-            Values::F32(_) => Err(Error::input(path, format!("`{name}`"), "f32; expected f64")),
-        }
-    }
-
-    pub(super) fn f32_1(&self, path: &Path, name: &str) -> Result<Array1<f32>> {
-        self.f32(path, name)?
-            .clone()
-            .into_dimensionality::<Ix1>()
-            .map_err(|_| shape(path, name, 1))
-    }
-
-    pub(super) fn f32_2(&self, path: &Path, name: &str) -> Result<Array2<f32>> {
-        self.f32(path, name)?
-            .clone()
-            .into_dimensionality::<Ix2>()
-            .map_err(|_| shape(path, name, 2))
-    }
-
-    pub(super) fn f64_1(&self, path: &Path, name: &str) -> Result<Array1<f64>> {
-        self.f64(path, name)?
-            .clone()
-            .into_dimensionality::<Ix1>()
-            .map_err(|_| shape(path, name, 1))
-    }
-
-    pub(super) fn f64_2(&self, path: &Path, name: &str) -> Result<Array2<f64>> {
-        self.f64(path, name)?
-            .clone()
-            .into_dimensionality::<Ix2>()
-            .map_err(|_| shape(path, name, 2))
-    }
-}
-
-fn shape(path: &Path, name: &str, axes: usize) -> Error {
-    Error::input(
-        path,
-        format!("`{name}`"),
-        format!("expected an array of {axes} axes"),
-    )
 }

@@ -15,6 +15,7 @@
 //! The JSON (metadata key `ballmark`, array `meta` in `.npz`) holds [`Header`].
 
 mod arrays;
+mod layout;
 pub mod npz;
 pub mod safetensors;
 
@@ -22,7 +23,7 @@ use crate::{
     belief::{FeatureMap, OdometryMotion, Places, Uncertainty},
     detector::{
         input::Input,
-        net::{Activation, Layer, NetDetector, Weights},
+        net::{Activation, NetDetector, Weights},
     },
     error::{Error, Result},
     geometry::Pose,
@@ -34,8 +35,7 @@ use crate::{
     recording::{Channel, Recording},
     storage,
 };
-use arrays::Arrays;
-use ndarray::{Array1, Array2, Array3, Axis};
+use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -149,28 +149,36 @@ impl Model {
     /// # Errors
     /// Where the file is neither, is damaged, or lacks an array; the message names it.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = storage::read_file(path)?;
+        Self::from_bytes(path, &storage::read_file(path)?)
+    }
+
+    /// Reads a model from the bytes of its file; `path` is for messages only.
+    ///
+    /// # Errors
+    /// As [`Model::read`].
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
         if bytes.is_empty() {
             return Err(Error::file(
                 path,
-                "is empty; expected a model (.safetensors or .npz)",
+                format!("the file is empty; expected {}", arrays::EXPECTED),
             ));
         }
         let (meta, arrays) = if bytes.starts_with(b"PK") {
-            npz::read(path, &bytes)?
+            npz::read(path, bytes)?
         } else {
-            safetensors::read(path, &bytes)?
+            safetensors::read(path, bytes)?
         };
-        Self::from_arrays(path, &meta, arrays)
+        layout::model(path, &meta, &arrays)
     }
 
-    /// Is this a name that [`Model::write`] knows a container for? Asked before the work, not after it.
+    /// Is this a name that [`Model::write`] knows a container for, and could a file be made there? Asked before the
+    /// work, not after it.
     ///
     /// # Errors
-    /// Where its ending is neither `.safetensors` nor `.npz`: the call is wrong.
+    /// Where its ending is neither `.safetensors` nor `.npz` (the call is wrong), or its folder is none.
     pub fn check_name(path: &Path) -> Result<()> {
         match path.extension().and_then(|e| e.to_str()) {
-            Some("safetensors" | "npz") => Ok(()),
+            Some("safetensors" | "npz") => storage::check_target(path).map(|_| ()),
             _ => Err(Error::usage(format!(
                 "{}: no such model format; expected a name ending in .safetensors or .npz",
                 path.display()
@@ -185,167 +193,16 @@ impl Model {
     pub fn write(&self, path: &Path) -> Result<()> {
         Self::check_name(path)?;
         if path.extension().is_some_and(|e| e == "npz") {
-            npz::write(path, &self.meta()?, &self.arrays())
+            npz::write(path, &self.meta()?, &layout::arrays(self, path))
         } else {
-            safetensors::write(path, &self.meta()?, &self.arrays())
+            safetensors::write(path, &self.meta()?, &layout::arrays(self, path))
         }
     }
 
     fn meta(&self) -> Result<String> {
         serde_json::to_string(&self.header).map_err(|e| Error::work(format!("model header: {e}")))
     }
-
-    fn arrays(&self) -> Arrays {
-        let mut arrays = Arrays::default();
-        for (l, layer) in self.weights.layers.iter().enumerate() {
-            for i in 0..self.features() {
-                // [in, out] here, [out, in] in the file, as every framework stores it
-                let weight = layer.weight.index_axis(Axis(0), i);
-                arrays.put_f32(
-                    format!("filter.{i}.{l}.weight"),
-                    weight.t().to_owned().into_dyn(),
-                );
-                arrays.put_f32(
-                    format!("filter.{i}.{l}.bias"),
-                    layer.bias.row(i).to_owned().into_dyn(),
-                );
-            }
-        }
-        let input = &self.header.input;
-        arrays.put_f32(
-            "input.mean".into(),
-            Array1::from(input.mean.clone()).into_dyn(),
-        );
-        arrays.put_f32(
-            "input.deviation".into(),
-            Array1::from(input.deviation.clone()).into_dyn(),
-        );
-        let pose = |(k, axis): (usize, usize)| match (axis, &self.pose[k]) {
-            (0, p) => p.x_m,
-            (1, p) => p.y_m,
-            (_, p) => p.heading_rad,
-        };
-        arrays.put_f64(
-            "map.pose".into(),
-            Array2::from_shape_fn((self.pose.len(), 3), pose).into_dyn(),
-        );
-        if let Some(route) = &self.route_m {
-            arrays.put_f64("map.route".into(), Array1::from(route.clone()).into_dyn());
-        }
-        arrays.put_f32("map.activation".into(), self.activation.clone().into_dyn());
-        arrays
-    }
-
-    fn from_arrays(path: &Path, meta: &str, arrays: Arrays) -> Result<Self> {
-        let wrong = |place: &str, fault: String| Error::input(path, format!("`{place}`"), fault);
-        let mut header: Header = serde_json::from_str(meta)
-            .map_err(|e| wrong("ballmark", format!("not a model's header: {e}")))?;
-        header.recipe.check().map_err(|e| e.in_file(path))?;
-        let n = header.recipe.features;
-        let hidden = header.recipe.network.hidden.len();
-        let mut layers = Vec::new();
-        for l in 0..=hidden {
-            let mut filters = Vec::new();
-            for i in 0..n {
-                let name = format!("filter.{i}.{l}.weight");
-                let weight = arrays.f32_2(path, &name)?;
-                let bias = arrays.f32_1(path, &format!("filter.{i}.{l}.bias"))?;
-                if bias.len() != weight.nrows() {
-                    return Err(wrong(
-                        &name,
-                        format!("{} outputs, its bias has {}", weight.nrows(), bias.len()),
-                    ));
-                }
-                filters.push((weight, bias));
-            }
-            let (outputs, inputs) = filters[0].0.dim();
-            let expected = if l == 0 {
-                None
-            } else {
-                layers.last().map(|layer: &Layer| layer.bias.ncols())
-            };
-            if expected.is_some_and(|e| e != inputs)
-                || filters.iter().any(|(w, _)| w.dim() != (outputs, inputs))
-            {
-                return Err(wrong(
-                    &format!("filter.0.{l}.weight"),
-                    "its shape does not fit the other layers'".into(),
-                ));
-            }
-            layers.push(Layer {
-                weight: Array3::from_shape_fn((n, inputs, outputs), |(i, a, b)| {
-                    filters[i].0[[b, a]]
-                }),
-                bias: Array2::from_shape_fn((n, outputs), |(i, b)| filters[i].1[b]),
-            });
-        }
-        let unknown = |name: &&String| match name.split('.').collect::<Vec<_>>()[..] {
-            ["filter", i, l, "weight" | "bias"] => {
-                i.parse::<usize>().map_or(true, |i| i >= n)
-                    || l.parse::<usize>().map_or(true, |l| l > hidden)
-            }
-            ["filter" | "set", ..] => true,
-            _ => false,
-        };
-        if let Some(name) = arrays.names().find(unknown) {
-            return Err(wrong(
-                name,
-                format!(
-                    "a layout this version does not know; expected {n} filters of {} layers",
-                    hidden + 1
-                ),
-            ));
-        }
-        header.input.mean = arrays.f32_1(path, "input.mean")?.to_vec();
-        header.input.deviation = arrays.f32_1(path, "input.deviation")?.to_vec();
-        let inputs = layers[0].weight.dim().1;
-        if header.input.mean.len() != inputs || header.input.deviation.len() != inputs {
-            return Err(wrong(
-                "input.mean",
-                format!("its length is not the networks' {inputs} inputs"),
-            ));
-        }
-        if layers[hidden].bias.ncols() != 1 {
-            return Err(wrong(
-                &format!("filter.0.{hidden}.bias"),
-                "expected one output a filter".into(),
-            ));
-        }
-        let pose = arrays.f64_2(path, "map.pose")?;
-        let activation = arrays.f32_2(path, "map.activation")?;
-        if pose.ncols() != 3 || activation.dim() != (pose.nrows(), n) {
-            return Err(wrong(
-                "map.activation",
-                format!("expected [{}, {n}] beside map.pose [K, 3]", pose.nrows()),
-            ));
-        }
-        let route_m = match arrays.names().any(|name| name == "map.route") {
-            true => Some(arrays.f64_1(path, "map.route")?.to_vec()),
-            false => None,
-        };
-        if route_m
-            .as_ref()
-            .is_some_and(|route| route.len() != pose.nrows())
-        {
-            return Err(wrong(
-                "map.route",
-                format!("expected {} entries, one a place", pose.nrows()),
-            ));
-        }
-        let activation_of_units = header.activation;
-        Ok(Self {
-            header,
-            weights: Weights {
-                layers,
-                activation: activation_of_units,
-            },
-            pose: pose
-                .rows()
-                .into_iter()
-                .map(|p| Pose::new(p[0], p[1], p[2]))
-                .collect(),
-            route_m,
-            activation,
-        })
-    }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,6 +1,6 @@
 //! Models as `.safetensors`: the layout that PyTorch, numpy and every other framework load.
 
-use super::arrays::{Arrays, Values};
+use super::arrays::{Arrays, EXPECTED, Values};
 use crate::{
     error::{Error, Result},
     storage,
@@ -14,100 +14,83 @@ pub const METADATA_KEY: &str = "ballmark";
 
 pub(super) fn write(path: &Path, meta: &str, arrays: &Arrays) -> Result<()> {
     let failed = |e: SafeTensorError| Error::work(format!("{}: {e}", path.display()));
-    let data: Vec<(Dtype, Vec<usize>, Vec<u8>)> = arrays
-        .list
-        .iter()
-        .map(|(_, values)| match values {
-            Values::F32(a) => (
-                Dtype::F32,
-                a.shape().to_vec(),
-                a.iter().flat_map(|v| v.to_le_bytes()).collect(),
-            ),
-            Values::F64(a) => (
-                Dtype::F64,
-                a.shape().to_vec(),
-                a.iter().flat_map(|v| v.to_le_bytes()).collect(),
-            ),
+    let data: Vec<(&String, Dtype, &[usize], Vec<u8>)> = arrays
+        .all()
+        .map(|(name, values)| match values {
+            Values::F32(a) => {
+                let bytes = a.iter().flat_map(|v| v.to_le_bytes()).collect();
+                (name, Dtype::F32, a.shape(), bytes)
+            }
+            Values::F64(a) => {
+                let bytes = a.iter().flat_map(|v| v.to_le_bytes()).collect();
+                (name, Dtype::F64, a.shape(), bytes)
+            }
         })
         .collect();
-    let views = arrays
-        .names()
-        .zip(&data)
-        .map(|(name, (dtype, shape, bytes))| {
-            Ok((
-                name.as_str(),
-                TensorView::new(*dtype, shape.clone(), bytes)?,
-            ))
+    let views = data
+        .iter()
+        .map(|(name, dtype, shape, bytes)| {
+            Ok((name, TensorView::new(*dtype, shape.to_vec(), bytes)?))
         })
         .collect::<std::result::Result<Vec<_>, SafeTensorError>>()
         .map_err(failed)?;
+    // One key only: the order of several would be another in every run.
     let metadata = HashMap::from([(METADATA_KEY.to_string(), meta.to_string())]);
     let bytes = ::safetensors::serialize(views, Some(metadata)).map_err(failed)?;
     storage::write_file(path, |out| out.write_all(&bytes))
 }
 
-pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<(String, Arrays)> {
-    let not_ours = |e: SafeTensorError| {
+pub(super) fn read(path: &Path, file: &[u8]) -> Result<(String, Arrays)> {
+    let not_whole = |e: SafeTensorError| {
         Error::file(
             path,
             format!(
-                "not a whole .safetensors file ({e:?}); expected a model that `ballmark train` wrote"
+                "not a whole .safetensors file ({}); expected {EXPECTED}",
+                reason(&e)
             ),
         )
     };
-    let file = SafeTensors::deserialize(bytes).map_err(not_ours)?;
-    let (_, header) = SafeTensors::read_metadata(bytes).map_err(not_ours)?;
-    let meta = header
-        .metadata()
-        .as_ref()
-        .and_then(|m| m.get(METADATA_KEY))
-        .ok_or_else(|| {
-            Error::file(
-                path,
-                format!(
-                    "no metadata key `{METADATA_KEY}`; expected a model that `ballmark train` wrote"
-                ),
-            )
-        })?;
-    let mut arrays = Arrays::default();
-    for (name, view) in file.tensors() {
+    let tensors = SafeTensors::deserialize(file).map_err(not_whole)?;
+    let (_, header) = SafeTensors::read_metadata(file).map_err(not_whole)?;
+    let metadata = header.metadata().as_ref();
+    let Some(meta) = metadata.and_then(|m| m.get(METADATA_KEY)) else {
+        return Err(Error::input(
+            path,
+            format!("metadata key `{METADATA_KEY}`"),
+            format!("missing; expected {EXPECTED}"),
+        ));
+    };
+    let mut arrays = Arrays::new(path);
+    let mut views = tensors.tensors();
+    views.sort_by(|a, b| a.0.cmp(&b.0)); // or the first fault told would be another in every run
+    for (name, view) in views {
         let shape = view.shape().to_vec();
-        let wrong = |_| Error::input(path, format!("`{name}`"), "its size does not fit its shape");
+        let misshapen = |e| {
+            arrays.wrong(
+                &name,
+                format!("{e}; expected a shape that fits its numbers"),
+            )
+        };
         match view.dtype() {
             Dtype::F32 => {
-                let numbers = view
-                    .data()
-                    .as_chunks::<4>()
-                    .0
-                    .iter()
-                    .map(|b| f32::from_le_bytes(*b))
-                    .collect();
-                arrays.put_f32(
-                    name.clone(),
-                    ArrayD::from_shape_vec(shape, numbers).map_err(wrong)?,
-                );
+                let numbers = view.data().as_chunks::<4>().0.iter();
+                let numbers = numbers.map(|b| f32::from_le_bytes(*b)).collect();
+                let array = ArrayD::from_shape_vec(shape, numbers).map_err(misshapen)?;
+                arrays.put_f32(&name, array);
             }
             Dtype::F64 => {
-                let numbers = view
-                    .data()
-                    .as_chunks::<8>()
-                    .0
-                    .iter()
-                    .map(|b| f64::from_le_bytes(*b))
-                    .collect();
-                arrays.put_f64(
-                    name.clone(),
-                    ArrayD::from_shape_vec(shape, numbers).map_err(wrong)?,
-                );
+                let numbers = view.data().as_chunks::<8>().0.iter();
+                let numbers = numbers.map(|b| f64::from_le_bytes(*b)).collect();
+                let array = ArrayD::from_shape_vec(shape, numbers).map_err(misshapen)?;
+                arrays.put_f64(&name, array);
             }
-            other => {
-                return Err(Error::input(
-                    path,
-                    format!("`{name}`"),
-                    format!("{other:?}; expected F32 or F64"),
-                ));
-            }
+            other => return Err(arrays.wrong(&name, format!("{other:?}; expected F32 or F64"))),
         }
     }
     Ok((meta.clone(), arrays))
+}
+
+/// The fault in one line; what the file itself says is quoted, not printed as it stands.
+fn reason(e: &SafeTensorError) -> String {
+    e.to_string().escape_debug().to_string()
 }

@@ -1,16 +1,13 @@
 //! Files as they come: plain, gzip (several members too) or xz (several streams too), told apart by their first bytes.
 
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    storage,
+};
 use std::{borrow::Cow, io::Read, path::Path};
 
 /// Memory that the xz dictionary may take, in KiB: enough for `xz -9` (64 MiB).
 const XZ_MEMORY_KIB: u32 = 128 * 1024;
-
-/// What a file of `len` bytes may unpack to: text logs shrink to a tenth, constant arrays to a thousandth, but no log
-/// of any size does as a whole. So a small file can't ask for all the memory there is.
-pub(super) fn largest_content(len: usize) -> u64 {
-    (64 << 20) + 200 * len as u64
-}
 
 /// A file's content, and what is wrong with its packing if only a part came out.
 #[derive(Debug)]
@@ -57,7 +54,7 @@ fn drain(
     mut reader: impl Read,
     len: usize,
 ) -> Result<Content<'static>> {
-    let limit = largest_content(len);
+    let limit = storage::largest_content(len);
     let mut bytes = Vec::new();
     // What came out before a fault stays in `bytes`.
     let fault = reader

@@ -3,5 +3,7 @@
 mod configs;
 mod import;
 mod localise;
+mod model;
 mod score;
 mod support;
+mod train;

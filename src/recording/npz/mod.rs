@@ -14,25 +14,23 @@
 //! passed over.
 
 mod meta;
-mod npy;
 
-use super::{Channel, Columns, Recording, compressed};
+use super::{Channel, Columns, Recording};
 use crate::{
+    archive::{
+        self, Archive, Writer,
+        npy::{Element, Shape},
+    },
     error::{Error, Result},
     geometry::Pose,
     storage,
 };
 use meta::{Channels, Meta};
-use ndarray::{Array1, Array2, ArrayView, Axis, Dimension};
-use ndarray_npy::{WritableElement, WriteNpyExt};
-use npy::{Element, Shape};
-use std::{
-    io::{self, Cursor, Read, Seek, Write},
-    path::Path,
-};
-use zip::{
-    CompressionMethod, DateTime, ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions,
-};
+use ndarray::{Array1, Array2, Axis};
+use std::{io, path::Path};
+
+/// What a file that is to be a dataset is told to be.
+const EXPECTED: &str = "a dataset such as `ballmark import` writes";
 
 /// Names that mean something else than a channel.
 const RESERVED: [&str; 7] = [
@@ -71,31 +69,19 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
             "the file is empty; expected a .npz dataset",
         ));
     }
-    let archive = ZipArchive::new(Cursor::new(file)).map_err(|e| {
-        Error::file(
-            path,
-            format!(
-                "not a whole .npz file ({e}); expected a dataset such as `ballmark import` writes"
-            ),
-        )
-    })?;
-    let mut arrays = Arrays {
-        path,
-        archive,
-        left: compressed::largest_content(file.len()),
-    };
+    let mut dataset = Dataset(Archive::open(path, file, EXPECTED)?);
     let wrong = |array: &str, fault: String| Error::input(path, format!("array `{array}`"), fault);
 
-    let meta: npy::Array<u8> = arrays.read("meta")?;
+    let meta = dataset.0.read::<u8>("meta")?;
     let meta: Meta = serde_json::from_slice(&meta.data)
         .map_err(|e| wrong("meta", format!("{e}; expected JSON with `channels`")))?;
-    let stamp_s = arrays.column::<f64>("stamp", None)?;
+    let stamp_s = dataset.column::<f64>("stamp", None)?;
     let k = stamp_s.len();
-    let pose = arrays.poses("pose", k)?;
-    let odometry = arrays.poses("odometry", k)?;
-    let run = arrays.column::<i64>("run", Some(k))?;
-    let mut optional = |name: &str| match arrays.has(name) {
-        true => arrays.column::<f64>(name, Some(k)).map(Some),
+    let pose = dataset.poses("pose", k)?;
+    let odometry = dataset.poses("odometry", k)?;
+    let run = dataset.column::<i64>("run", Some(k))?;
+    let mut optional = |name: &str| match dataset.0.has(name) {
+        true => dataset.column::<f64>(name, Some(k)).map(Some),
         false => Ok(None),
     };
     let (compass_rad, route_m) = (optional("compass")?, optional("route")?);
@@ -109,7 +95,7 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
                 format!("a channel named `{name}`; expected a name that no other array has"),
             ));
         }
-        let block = arrays.read::<f32>(&name)?;
+        let block = dataset.0.read::<f32>(&name)?;
         let &[rows, width] = block.shape.as_slice() else {
             return Err(wrong(
                 &name,
@@ -178,19 +164,18 @@ pub fn write(path: &Path, recording: &Recording) -> Result<()> {
             RESERVED.join(", ")
         )));
     }
-    storage::write_file(path, |out| write_arrays(out, recording))
+    archive::write(path, |archive| add_arrays(archive, recording))
 }
 
-fn write_arrays(out: &mut dyn storage::WriteSeek, recording: &Recording) -> io::Result<()> {
+fn add_arrays(archive: &mut Writer<'_>, recording: &Recording) -> io::Result<()> {
     let c = recording.columns();
-    let mut zip = ZipWriter::new(out);
-    add(&mut zip, "stamp", Array1::from(c.stamp_s.clone()).view())?;
-    add(&mut zip, "pose", pose_array(&c.pose).view())?;
-    add(&mut zip, "odometry", pose_array(&c.odometry).view())?;
-    add(&mut zip, "run", Array1::from(c.run.clone()).view())?;
+    archive.add("stamp", Array1::from(c.stamp_s.clone()).view())?;
+    archive.add("pose", pose_array(&c.pose).view())?;
+    archive.add("odometry", pose_array(&c.odometry).view())?;
+    archive.add("run", Array1::from(c.run.clone()).view())?;
     for (name, column) in [("compass", &c.compass_rad), ("route", &c.route_m)] {
         if let Some(column) = column {
-            add(&mut zip, name, Array1::from(column.clone()).view())?;
+            archive.add(name, Array1::from(column.clone()).view())?;
         }
     }
     let mut first = 0;
@@ -198,7 +183,7 @@ fn write_arrays(out: &mut dyn storage::WriteSeek, recording: &Recording) -> io::
         let block = c
             .values
             .slice_axis(Axis(1), (first..first + channel.width).into());
-        add(&mut zip, &channel.name, block.as_standard_layout().view())?;
+        archive.add(&channel.name, block.as_standard_layout().view())?;
         first += channel.width;
     }
     let meta = serde_json::to_vec(&Meta {
@@ -206,22 +191,7 @@ fn write_arrays(out: &mut dyn storage::WriteSeek, recording: &Recording) -> io::
         source: c.source.clone(),
         sha256: c.source_sha256.clone(),
     })?;
-    add(&mut zip, "meta", Array1::from(meta).view())?;
-    zip.finish()?;
-    Ok(())
-}
-
-fn add<W: Write + Seek, T: WritableElement, D: Dimension>(
-    zip: &mut ZipWriter<W>,
-    name: &str,
-    array: ArrayView<T, D>,
-) -> io::Result<()> {
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Deflated)
-        .last_modified_time(DateTime::default()) // 1980: the bytes depend on the content only
-        .large_file(array.len() as u64 * 8 > u64::from(u32::MAX) / 2);
-    zip.start_file(format!("{name}.npy"), options)?;
-    array.write_npy(zip).map_err(io::Error::other)
+    archive.add("meta", Array1::from(meta).view())
 }
 
 fn pose_array(poses: &[Pose]) -> Array2<f64> {
@@ -232,61 +202,12 @@ fn pose_array(poses: &[Pose]) -> Array2<f64> {
     })
 }
 
-struct Arrays<'a> {
-    path: &'a Path,
-    archive: ZipArchive<Cursor<&'a [u8]>>,
-    /// Bytes that may still be unpacked.
-    left: u64,
-}
+/// An archive whose arrays have one row a snapshot.
+struct Dataset<'a>(Archive<'a>);
 
-impl Arrays<'_> {
-    fn wrong(&self, array: &str, fault: impl std::fmt::Display) -> Error {
-        Error::input(self.path, format!("array `{array}`"), fault)
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.archive
-            .index_for_name(&format!("{name}.npy"))
-            .is_some()
-    }
-
-    fn read<T: Element>(&mut self, name: &str) -> Result<npy::Array<T>> {
-        let bytes = self.unpack(name)?;
-        npy::read(&bytes).map_err(|fault| self.wrong(name, fault))
-    }
-
-    fn unpack(&mut self, name: &str) -> Result<Vec<u8>> {
-        let path = self.path;
-        let wrong = |fault: String| Error::input(path, format!("array `{name}`"), fault);
-        let entry = match self.archive.by_name(&format!("{name}.npy")) {
-            Ok(entry) => entry,
-            Err(ZipError::FileNotFound) => {
-                return Err(wrong(
-                    "missing; expected it in every dataset that needs or names it".into(),
-                ));
-            }
-            Err(e) => return Err(wrong(format!("can't be opened: {e}"))),
-        };
-        let declared = entry.size();
-        if declared > self.left {
-            return Err(wrong(format!(
-                "claims to unpack to {declared} bytes; expected a size that fits a file this small"
-            )));
-        }
-        let mut bytes = Vec::new();
-        let read = entry.take(self.left + 1).read_to_end(&mut bytes);
-        read.map_err(|e| wrong(format!("damaged: {e}")))?;
-        self.left = self.left.checked_sub(bytes.len() as u64).ok_or_else(|| {
-            wrong(
-                "unpacks to more bytes than it claims; expected a size that fits a file this small"
-                    .into(),
-            )
-        })?;
-        Ok(bytes)
-    }
-
+impl Dataset<'_> {
     fn column<T: Element>(&mut self, name: &str, k: Option<usize>) -> Result<Vec<T>> {
-        let array = self.read::<T>(name)?;
+        let array = self.0.read::<T>(name)?;
         match (array.shape.as_slice(), k) {
             (&[_], None) => Ok(array.data),
             (&[n], Some(k)) if n == k => Ok(array.data),
@@ -294,15 +215,17 @@ impl Arrays<'_> {
                 let expected = k.map_or("(snapshots)".to_string(), |k| {
                     format!("({k}), one a snapshot")
                 });
-                Err(self.wrong(name, format!("shape {}; expected {expected}", Shape(shape))))
+                Err(self
+                    .0
+                    .wrong(name, format!("shape {}; expected {expected}", Shape(shape))))
             }
         }
     }
 
     fn poses(&mut self, name: &str, k: usize) -> Result<Vec<Pose>> {
-        let array = self.read::<f64>(name)?;
+        let array = self.0.read::<f64>(name)?;
         if array.shape != [k, 3] {
-            return Err(self.wrong(
+            return Err(self.0.wrong(
                 name,
                 format!(
                     "shape {}; expected ({k}, 3): x, y, heading a snapshot",

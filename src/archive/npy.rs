@@ -1,12 +1,14 @@
-//! One array inside a dataset: numpy's `.npy` layout, read with every count checked against the bytes that are there.
+//! One array: numpy's `.npy` layout, read with every count checked against the bytes that are there.
 
 use std::fmt;
 
-/// Number types that datasets use.
-pub(super) trait Element: Copy {
+/// Number types that our files use.
+pub trait Element: Copy {
     /// As numpy writes it, little-endian.
     const DESCR: &'static str;
+    /// Size of one number.
     const BYTES: usize;
+    /// From as many bytes, little-endian.
     fn from_le(bytes: &[u8]) -> Self;
 }
 
@@ -28,16 +30,34 @@ element!(f32, "<f4"; f64, "<f8"; i64, "<i8"; u8, "|u1");
 
 /// An array in row order.
 #[derive(Debug, PartialEq)]
-pub(super) struct Array<T> {
+pub struct Array<T> {
+    /// Length of every axis.
     pub shape: Vec<usize>,
+    /// The numbers, last axis fastest.
     pub data: Vec<T>,
 }
 
-/// Reads an array of one number type; the error is the fault and what was expected.
-pub(super) fn read<T: Element>(bytes: &[u8]) -> Result<Array<T>, String> {
+/// The number type of an array, as numpy writes it (`<f4`, `|u1`, …).
+///
+/// # Errors
+/// Where the bytes are no array; the error is the fault and what was expected.
+pub fn number_type(bytes: &[u8]) -> Result<&str, String> {
+    let (header, _) = split_header(bytes)?;
+    Header::parse(header)
+        .map(|header| header.descr)
+        .ok_or_else(|| UNREADABLE.to_string())
+}
+
+const UNREADABLE: &str = "a header that can't be read; expected one as numpy writes it";
+
+/// Reads an array of one number type.
+///
+/// # Errors
+/// Where the bytes are no array, or hold another type or size than the header says; the error is the fault and what was
+/// expected.
+pub fn read<T: Element>(bytes: &[u8]) -> Result<Array<T>, String> {
     let (header, body) = split_header(bytes)?;
-    let header = Header::parse(header)
-        .ok_or("a header that can't be read; expected one as numpy writes it")?;
+    let header = Header::parse(header).ok_or(UNREADABLE)?;
     if header.descr != T::DESCR {
         return Err(format!(
             "holds numbers of type `{}`; expected `{}`",
@@ -74,7 +94,7 @@ pub(super) fn read<T: Element>(bytes: &[u8]) -> Result<Array<T>, String> {
 }
 
 /// A shape as numpy prints it.
-pub(super) struct Shape<'a>(pub &'a [usize]);
+pub struct Shape<'a>(pub &'a [usize]);
 
 impl fmt::Display for Shape<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

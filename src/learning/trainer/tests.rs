@@ -1,0 +1,192 @@
+//! Does training learn, follow the gradient, and end in the same bits every time?
+
+use super::*;
+use crate::{
+    belief::Uncertainty,
+    geometry::Pose,
+    learning::recipe::{DescentConfig, Optimiser},
+    recording::{
+        Channel, Columns, Recording,
+        split::{SplitConfig, Unit},
+    },
+};
+use rand::RngExt;
+
+/// Three runs along 20 m; eight readings that vary smoothly along it, with noise.
+fn recording() -> Recording {
+    let per_run = 80;
+    let k = 3 * per_run;
+    let mut random = Seed(5).stream("toy recording");
+    let x = |k: usize| (k % per_run) as f64 * 0.25;
+    let pose: Vec<Pose> = (0..k).map(|k| Pose::new(x(k), 0.0, 0.0)).collect();
+    let values = Array2::from_shape_fn((k, 8), |(k, c)| {
+        let noise: f64 = random.random_range(-0.1..0.1);
+        (2.0 + (x(k) * (0.3 + 0.17 * c as f64) + c as f64).sin() + noise) as f32
+    });
+    let channel = Channel {
+        name: "light".into(),
+        width: 8,
+        unit: "lux".into(),
+        bearing_rad: None,
+        maximum: None,
+    };
+    Recording::new(Columns {
+        channels: vec![channel],
+        values,
+        stamp_s: (0..k).map(|k| k as f64).collect(),
+        odometry: pose.clone(),
+        route_m: Some((0..k).map(x).collect()),
+        pose,
+        run: (0..k).map(|k| (k / per_run) as i64).collect(),
+        ..Columns::default()
+    })
+    .unwrap()
+}
+
+fn recipe() -> Recipe {
+    let split = SplitConfig {
+        unit: Unit::Runs,
+        folds: 3,
+        test_fold: None,
+        validation_every: 3,
+    };
+    let descent = DescentConfig {
+        steps: 60,
+        validate_every: 5,
+        patience: 60,
+        checkpoint_every: 8,
+        ..Default::default()
+    };
+    Recipe {
+        features: 2,
+        uncertainty: Uncertainty::Global,
+        split,
+        descent,
+        ..Default::default()
+    }
+}
+
+fn lesson(recipe: &Recipe) -> Lesson {
+    let recording = recording();
+    Lesson::prepare(recipe, &recording, &recipe.split.split(&recording).unwrap()).unwrap()
+}
+
+fn trained(recipe: &Recipe) -> Trained {
+    train(recipe, &lesson(recipe), None, false, "", &mut |_| ()).unwrap()
+}
+
+#[test]
+fn learns_to_tell_places_apart() {
+    for optimiser in [Optimiser::Adam, Optimiser::Momentum] {
+        let mut recipe = recipe();
+        recipe.descent.optimiser = optimiser;
+        if optimiser == Optimiser::Momentum {
+            recipe.descent.learning_rate = 1.0;
+            recipe.descent.weight_decay = 0.0;
+            recipe.descent.steps = 200;
+        }
+        let trained = trained(&recipe);
+        assert!(
+            trained.train.error_reduction > 0.4,
+            "{optimiser:?}: {:?}",
+            trained.train
+        );
+        assert!(
+            trained.validation.unwrap().error_reduction > 0.35,
+            "{optimiser:?}: {:?}",
+            trained.validation
+        );
+    }
+}
+
+#[test]
+fn one_step_follows_the_numerical_gradient() {
+    // Momentum descent's first step is −η ∂(E/E_prior)/∂w: read the gradient off it and hold it to differences.
+    let mut recipe = recipe();
+    recipe.descent = DescentConfig {
+        optimiser: Optimiser::Momentum,
+        learning_rate: 1e-2,
+        weight_decay: 0.0,
+        steps: 1,
+        input_noise: 0.0,
+        ..recipe.descent
+    };
+    let mut lesson = lesson(&recipe);
+    lesson.exam = None; // so that the step's weights come back, not the best validated ones
+    let device = Device::flex();
+    let start = Weights::random(
+        &recipe.network,
+        8,
+        2,
+        &mut Seed(1).stream("initial weights"),
+    );
+    let error = |weights: &Weights| {
+        let output = Nets::new(weights, &device).forward(tensor(lesson.inputs.view(), &device));
+        let (e, _) = lesson
+            .objective(to_f64(output).unwrap().view(), true)
+            .unwrap();
+        e.posterior_error_m / e.prior_error_m
+    };
+    let after = train(&recipe, &lesson, None, false, "", &mut |_| ())
+        .unwrap()
+        .weights;
+    for (layer, at) in [
+        (0, [0, 3, 2]),
+        (0, [1, 7, 5]),
+        (1, [0, 4, 0]),
+        (1, [1, 1, 0]),
+    ] {
+        let slope =
+            f64::from(start.layers[layer].weight[at] - after.layers[layer].weight[at]) / 1e-2;
+        let moved = |h: f32| {
+            let mut weights = start.clone();
+            weights.layers[layer].weight[at] += h;
+            error(&weights)
+        };
+        let numerical = (moved(2e-2) - moved(-2e-2)) / 4e-2;
+        assert!(
+            (slope - numerical).abs() < 2e-2 * numerical.abs() + 2e-5,
+            "{layer} {at:?}: {slope} {numerical}"
+        );
+    }
+}
+
+#[test]
+fn a_resumed_training_ends_in_the_same_bits() {
+    let recipe = recipe();
+    let lesson = lesson(&recipe);
+    let whole = train(&recipe, &lesson, None, false, "it", &mut |_| ()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.checkpoint");
+    for killed_after in [3, 8, 29] {
+        let _ = std::fs::remove_file(&path);
+        let stopped = Recipe {
+            descent: DescentConfig {
+                steps: killed_after,
+                ..recipe.descent.clone()
+            },
+            ..recipe.clone()
+        };
+        train(&stopped, &lesson, Some(&path), false, "it", &mut |_| ()).unwrap();
+        let resumed = train(&recipe, &lesson, Some(&path), true, "it", &mut |_| ()).unwrap();
+        assert_eq!(
+            resumed.weights, whole.weights,
+            "killed after {killed_after} steps"
+        );
+        assert_eq!(resumed.steps, whole.steps);
+    }
+    let other = train(&recipe, &lesson, Some(&path), true, "another", &mut |_| ());
+    assert!(other.unwrap_err().to_string().contains("another training"));
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let in_pool = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| trained(&recipe()).weights)
+    };
+    assert_eq!(in_pool(1), in_pool(4));
+}

@@ -1,0 +1,364 @@
+//! `ballmark train` on the real binary, at toy size.
+
+use crate::support::{Answer, Workplace, answer, binary};
+use std::{
+    fmt::Write,
+    fs,
+    process::{Command, Stdio},
+    time::{Duration, Instant},
+};
+
+/// Three runs along the same 20 m with eight light sensors, as the dataset `toy.npz`; with a route or in the plane.
+pub fn toy(place: &Workplace, with_route: bool) {
+    place.write("toy.csv", toy_csv(80, with_route));
+    place
+        .ballmark(&["import", "toy.csv", "-o", "toy.npz"])
+        .done();
+}
+
+fn toy_csv(snapshots_a_run: usize, with_route: bool) -> String {
+    let mut csv = String::from("time_s,x_m,y_m,heading_rad,run");
+    csv += if with_route { ",route_m" } else { "" };
+    (0..8).for_each(|c| write!(csv, ",light.{c}").unwrap());
+    let mut noise = 1u32;
+    for k in 0..3 * snapshots_a_run {
+        let x_m = (k % snapshots_a_run) as f64 * 0.25;
+        write!(csv, "\n{k},{x_m},0,0,{}", k / snapshots_a_run).unwrap();
+        if with_route {
+            write!(csv, ",{x_m}").unwrap();
+        }
+        for c in 0..8 {
+            noise = noise.wrapping_mul(1664525).wrapping_add(1013904223);
+            let wave = (x_m * (0.3 + 0.17 * f64::from(c)) + f64::from(c)).sin();
+            let light = 2.0 + wave + 0.2 * f64::from(noise >> 16) / 65536.0;
+            write!(csv, ",{light:.3}").unwrap();
+        }
+    }
+    csv + "\n"
+}
+
+fn train(place: &Workplace, output: &str, more: &[&str]) -> Answer {
+    place.ballmark(&[&["train", "toy.npz", "-o", output], more].concat())
+}
+
+fn bytes(place: &Workplace, name: &str) -> Vec<u8> {
+    fs::read(place.path(name)).expect(name)
+}
+
+#[test]
+fn tells_its_errors_in_json_and_leaves_only_the_model() {
+    let place = Workplace::new();
+    toy(&place, true);
+    let more = ["--features", "2", "--steps", "60", "--json"];
+    let answer = train(&place, "m.safetensors", &more);
+    answer.done();
+    let told: serde_json::Value = serde_json::from_str(&answer.stdout).expect("one JSON object");
+    for part in ["train", "validation"] {
+        let [prior, posterior, reduction] =
+            ["prior_error_m", "posterior_error_m", "error_reduction"]
+                .map(|key| told[part][key].as_f64().expect(key));
+        assert!(0.9 < prior && prior < 1.1, "{part}: {prior}"); // ±2 m: a metre in the middle of the route
+        assert!((reduction - (1.0 - posterior / prior)).abs() < 1e-12);
+        assert!(reduction > 0.2, "{part}: {reduction}");
+    }
+    assert_eq!(told["steps"], 60);
+    assert_eq!(told["stopped_by"], "steps");
+    assert!(told["timing"]["seconds"].as_f64().is_some_and(|s| s > 0.0));
+    assert_eq!(place.files(), ["m.safetensors", "toy.csv", "toy.npz"]);
+}
+
+#[test]
+fn trains_for_a_window_and_for_anywhere_on_a_route_and_in_the_plane() {
+    for with_route in [true, false] {
+        let place = Workplace::new();
+        toy(&place, with_route);
+        for uncertainty in ["2m", "2m,any", "2m,0.3rad", "global"] {
+            let more = ["--uncertainty", uncertainty, "--features", "2", "--json"];
+            let answer = train(&place, "m.npz", &[&more[..], &["--steps", "60"]].concat());
+            answer.done();
+            let told: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
+            let reduction = told["validation"]["error_reduction"].as_f64().unwrap();
+            assert!(reduction > 0.2, "{uncertainty}: {reduction}");
+            let model = ballmark::model::Model::read(&place.path("m.npz")).unwrap();
+            assert_eq!(model.header.prior.to_string(), uncertainty);
+            assert_eq!(model.route_m.is_some(), with_route);
+        }
+    }
+}
+
+#[test]
+fn gives_the_same_bytes_with_one_thread_with_many_and_again() {
+    let place = Workplace::new();
+    for (with_route, uncertainty) in [(true, "2m"), (false, "2m"), (false, "global")] {
+        toy(&place, with_route);
+        let trained = |name: &str, threads: &str| {
+            let mut command = Command::new(binary());
+            command
+                .args(["train", "toy.npz", "-o", name, "--uncertainty", uncertainty])
+                .args(["--features", "3", "--steps", "40"])
+                .current_dir(place.path(""))
+                .env("RAYON_NUM_THREADS", threads);
+            answer(&mut command).done();
+            bytes(&place, name)
+        };
+        let one = trained("one.safetensors", "1");
+        assert!(one == trained("four.safetensors", "4"), "{uncertainty}");
+        assert!(one == trained("again.safetensors", "4"), "{uncertainty}");
+    }
+    let other_seed = train(
+        &place,
+        "seed.safetensors",
+        &[
+            "--uncertainty",
+            "global",
+            "--features",
+            "3",
+            "--steps",
+            "40",
+            "--seed",
+            "2",
+        ],
+    );
+    other_seed.done();
+    assert!(bytes(&place, "seed.safetensors") != bytes(&place, "one.safetensors"));
+}
+
+/// Long enough to be killed in: seconds, with a checkpoint every tenth of one or so.
+const LONG: &str =
+    "[train]\nfeatures = 6\n[train.descent]\nsteps = 600\npatience = 600\ncheckpoint_every = 25\n";
+
+/// Starts a training into `output` and kills it when `now` says so; it must not have come to its end.
+fn kill_when(
+    place: &Workplace,
+    output: &str,
+    more: &[&str],
+    mut now: impl FnMut(Duration) -> bool,
+) {
+    let started = Instant::now();
+    let mut child = Command::new(binary())
+        .args(["train", "toy.npz", "-o", output])
+        .args(more)
+        .current_dir(place.path(""))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the binary runs");
+    while !now(started.elapsed()) {
+        assert!(started.elapsed() < Duration::from_secs(60), "no checkpoint");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().expect("a running child");
+    let status = child.wait().expect("a dead child");
+    assert_eq!(status.code(), None, "it ended before it was killed");
+    assert!(!place.path(output).exists());
+}
+
+#[test]
+fn resumes_to_the_same_bytes_after_being_killed() {
+    let place = Workplace::new();
+    toy(&place, true);
+    place.write("long.toml", LONG);
+    let config = ["--config", "long.toml"];
+    let resume = ["--config", "long.toml", "--resume"];
+    train(&place, "whole.safetensors", &config).done();
+    let whole = bytes(&place, "whole.safetensors");
+
+    let checkpoint = place.path("killed.safetensors.checkpoint");
+    kill_when(&place, "killed.safetensors", &config, |_| {
+        checkpoint.exists()
+    });
+    // Killed again, at no particular moment after some more checkpoints.
+    let mut last = fs::read(&checkpoint).unwrap();
+    let mut further = 0;
+    kill_when(&place, "killed.safetensors", &resume, |_| {
+        let now = fs::read(&checkpoint).unwrap();
+        further += usize::from(now != last);
+        last = now;
+        further == 3
+    });
+    let answer = train(&place, "killed.safetensors", &resume);
+    answer.done();
+    assert!(
+        !answer.stderr.contains("learning: 60 of 600 "),
+        "it started afresh: {}",
+        answer.stderr
+    );
+    assert!(bytes(&place, "killed.safetensors") == whole);
+    assert!(!checkpoint.exists());
+
+    // Killed before the first checkpoint: it starts afresh. (On a busy machine the kill may come late; then once more.)
+    let checkpoint = place.path("soon.safetensors.checkpoint");
+    loop {
+        let soon = Duration::from_millis(3);
+        kill_when(&place, "soon.safetensors", &config, |since| since > soon);
+        if !checkpoint.exists() {
+            break;
+        }
+        fs::remove_file(&checkpoint).unwrap();
+    }
+    train(&place, "soon.safetensors", &resume).done();
+    assert!(bytes(&place, "soon.safetensors") == whole);
+}
+
+#[test]
+fn a_checkpoint_that_does_not_fit_is_refused() {
+    let place = Workplace::new();
+    toy(&place, true);
+    place.write("long.toml", LONG);
+    let checkpoint = place.path("m.safetensors.checkpoint");
+    let config = ["--config", "long.toml"];
+    kill_when(&place, "m.safetensors", &config, |_| checkpoint.exists());
+    let whole = fs::read(&checkpoint).unwrap();
+
+    let resume = ["--config", "long.toml", "--resume", "--seed", "2"];
+    let named = "m.safetensors.checkpoint";
+    let refused = |more: &[&str], fault: &str| {
+        let answer = train(&place, "m.safetensors", more);
+        answer.refused(1, &[named, fault, "without --resume"]);
+        assert!(!answer.stderr.contains("toy.npz"), "{}", answer.stderr);
+        assert!(!place.path("m.safetensors").exists());
+    };
+    refused(&resume, "another training");
+    let mut damaged = vec![
+        Vec::new(),
+        whole[..10].to_vec(),
+        whole[..whole.len() - 1].to_vec(),
+    ];
+    for at in [0, 9, whole.len() / 2, whole.len() - 1] {
+        let mut flipped = whole.clone();
+        flipped[at] ^= 4;
+        damaged.push(flipped);
+    }
+    for content in damaged {
+        fs::write(&checkpoint, content).unwrap();
+        refused(&resume[..3], "is not as a checkpoint has it");
+    }
+}
+
+#[test]
+fn a_configuration_at_fault_is_a_wrong_call_and_names_the_line() {
+    let place = Workplace::new();
+    toy(&place, true);
+    for (config, parts) in [
+        (
+            "[train]\nseed = 1\nfeature = 2\n",
+            &["c.toml: line 3: ", "`feature`"][..],
+        ),
+        (
+            "[train.descent]\nrate = 1\n",
+            &["c.toml: line 2: ", "`rate`"],
+        ),
+        ("\n[training]\n", &["c.toml: line 2: ", "`training`"]),
+        ("[train]\nfeatures = \"two\"\n", &["c.toml: line 2: "]),
+        (
+            "[train]\nuncertainty = \"-1m\"\n",
+            &["c.toml: line 2: ", "`-1m`"],
+        ),
+        ("[train]\n\nfeatures == 2\n", &["c.toml: line 3: "]),
+        ("[train]\nfeatures = 13\n", &["features = 13", "1 to 12"]),
+        ("[train.descent]\nsteps = 0\n", &["descent.steps = 0"]),
+        (
+            "[train.descent]\nlearning_rate = nan\n",
+            &["descent.learning_rate"],
+        ),
+        (
+            "[train.network]\nhidden = [1000000000]\n",
+            &["network.hidden", "1000000000 units"],
+        ),
+        (
+            "[train.map]\nunmodelled_probability = 2.0\n",
+            &["map.unmodelled_probability = 2"],
+        ),
+    ] {
+        place.write("c.toml", config);
+        let answer = train(&place, "m.safetensors", &["--config", "c.toml"]);
+        answer.refused(2, parts);
+    }
+    for (more, parts) in [
+        (["--uncertainty", "0m"], ["--uncertainty", "0m"]),
+        (
+            ["--uncertainty", "near"],
+            ["--uncertainty", "expected `global`"],
+        ),
+        (["--features", "0"], ["features = 0", "expected 1 to"]),
+    ] {
+        train(&place, "m.safetensors", &more).refused(2, &parts);
+    }
+    train(&place, "m.onnx", &[]).refused(2, &["m.onnx", ".safetensors or .npz"]);
+    train(&place, "m", &[]).refused(2, &["expected a name ending in"]);
+    assert_eq!(place.files(), ["c.toml", "toy.csv", "toy.npz"]);
+}
+
+#[test]
+fn an_output_that_cannot_be_made_is_told_before_the_training() {
+    let place = Workplace::new();
+    toy(&place, true);
+    let answer = train(&place, "toy.csv/m.safetensors", &[]);
+    answer.refused(1, &["toy.csv/m.safetensors", "is a file, not a folder"]);
+    assert!(!answer.stderr.contains("learning"), "{}", answer.stderr);
+    let answer = train(&place, "nowhere/m.npz", &[]);
+    answer.refused(1, &["nowhere/m.npz", "does not exist"]);
+    fs::create_dir(place.path("folder.npz")).unwrap();
+    train(&place, "folder.npz", &[]).refused(1, &["folder.npz", "a folder of that name"]);
+}
+
+#[test]
+fn a_dataset_that_gives_nothing_to_learn_from_is_refused() {
+    let place = Workplace::new();
+    toy(&place, true);
+    let none = ["--uncertainty", "0.1m", "--steps", "5"];
+    // Three runs pass the same places, so a window of 10 cm holds others, but all at the very same place.
+    train(&place, "m.safetensors", &none).refused(1, &["toy.npz", "at the same place"]);
+    let import = |name: &str, csv: String| {
+        place.write("d.csv", csv);
+        place.ballmark(&["import", "d.csv", "-o", name]).done();
+    };
+    let refused = |name: &str, more: &[&str], parts: &[&str]| {
+        let answer = place.ballmark(&[&["train", name, "-o", "m.safetensors"], more].concat());
+        answer.refused(1, &[&[name], parts].concat());
+        assert!(!place.path("m.safetensors").exists());
+    };
+    let one_run: String = toy_csv(80, true).split_inclusive('\n').take(41).collect();
+    import("one.npz", one_run);
+    refused("one.npz", &none, &["uncertainty 0.1m", "wider window"]);
+    let few: String = toy_csv(80, true).split_inclusive('\n').take(5).collect();
+    import("few.npz", few);
+    refused(
+        "few.npz",
+        &[],
+        &["4 training snapshots; expected at least k = 5"],
+    );
+
+    let whole = bytes(&place, "toy.npz");
+    for len in [0, 1, 30, whole.len() / 2, whole.len() - 1] {
+        place.write("cut.npz", &whole[..len]);
+        refused("cut.npz", &[], &["expected a", "dataset"]);
+    }
+    place.write("text.npz", "time_s,x_m\n0,0\n");
+    refused("text.npz", &[], &["not a whole .npz"]);
+    refused("missing.npz", &[], &["cannot read"]);
+
+    write_with_a_nan_pose(&place, "nan.npz");
+    refused(
+        "nan.npz",
+        &[],
+        &["`pose`", "snapshot 3", "not a finite number"],
+    );
+}
+
+/// A dataset whose fourth pose is not a number: [`ballmark::recording::Recording`] itself would refuse it.
+fn write_with_a_nan_pose(place: &Workplace, name: &str) {
+    let k = 20;
+    let meta = br#"{"channels": {"light": {"unit": "lux"}}}"#;
+    let mut pose = ndarray::Array2::<f64>::zeros((k, 3));
+    pose[[3, 0]] = f64::NAN;
+    ballmark::archive::write(&place.path(name), |archive| {
+        archive.add("meta", ndarray::ArrayView1::from(meta))?;
+        archive.add("stamp", ndarray::Array1::<f64>::zeros(k).view())?;
+        archive.add("pose", pose.view())?;
+        archive.add("odometry", ndarray::Array2::<f64>::zeros((k, 3)).view())?;
+        archive.add("run", ndarray::Array1::<i64>::zeros(k).view())?;
+        archive.add("light", ndarray::Array2::<f32>::zeros((k, 1)).view())
+    })
+    .unwrap();
+}
