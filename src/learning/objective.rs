@@ -328,7 +328,7 @@ mod tests {
         let k = 4096;
         let places = Places::Route((0..k).map(|i| i as f64 + 0.5).collect());
         for n in 1..=4usize {
-            let bit = |(place, i): (usize, usize)| (place * (1 << n) / k >> i & 1) as f64;
+            let bit = |(place, i): (usize, usize)| (((place * (1 << n) / k) >> i) & 1) as f64;
             let g = Array2::from_shape_fn((k, n), bit);
             let reduction = error_and_gradient(Uncertainty::Global, &places, &g)
                 .0

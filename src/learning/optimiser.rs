@@ -11,6 +11,10 @@ const MOMENTUM: f64 = 0.9;
 
 /// What a parameter remembers of its past gradients.
 #[derive(Debug, Clone)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a handful of them, all of one variant: the trainer's optimiser"
+)]
 pub enum Memory {
     /// First and second moment.
     Adam {
