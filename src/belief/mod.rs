@@ -13,6 +13,7 @@ mod kernel;
 mod lattice;
 pub mod map;
 pub mod motion;
+mod motion_fit;
 pub mod neighbours;
 pub mod places;
 pub mod prior;

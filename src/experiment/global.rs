@@ -33,12 +33,15 @@ pub struct LocaliseConfig {
     pub shortest_m: f64,
     /// A trial ends after this much.
     pub longest_m: f64,
+    /// A stretch ends where its way leads for more than this through places that training never saw.
+    pub longest_gap_m: f64,
     /// How answers become likelihoods.
     pub evidence: Evidence,
     /// Cells of the belief.
     pub grid: GridConfig,
-    /// What the filter believes of odometry.
-    pub motion: OdometryMotion,
+    /// What the filter believes of odometry; nothing said: what the model learned of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<OdometryMotion>,
     /// Position tracking starts with this standard deviation around the truth …
     pub start_spread_m: f64,
     /// … and this one in heading.
@@ -53,11 +56,12 @@ impl Default for LocaliseConfig {
             seed: 1,
             trials: 60,
             spacing_m: 0.5,
-            shortest_m: 7.0,
+            shortest_m: 5.0,
             longest_m: 30.0,
-            evidence: Evidence::Jeffrey,
+            longest_gap_m: 3.0,
+            evidence: Evidence::MeanField,
             grid: GridConfig::default(),
-            motion: OdometryMotion::default(),
+            motion: None,
             start_spread_m: 0.3,
             start_spread_rad: 0.1,
             resamples: 1000,
@@ -87,6 +91,9 @@ impl LocaliseConfig {
                 "shortest_m, localise.longest_m",
                 "positive numbers of metres, the first not above the second",
             );
+        }
+        if !(self.longest_gap_m.is_finite() && self.longest_gap_m >= 0.0) {
+            return wrong("longest_gap_m", "0 or more metres");
         }
         if !positive(self.start_spread_m) || !positive(self.start_spread_rad) {
             return wrong(
@@ -174,7 +181,12 @@ pub fn localise(
         &parts.places,
         &model.header.recipe.map.nearness,
     )?;
-    let stretches = trials::stretches(parts.run, &parts.unseen, |k| near.is_mapped(k));
+    let stretches = trials::stretches(
+        parts.run,
+        &parts.unseen,
+        |k| near.is_mapped(k),
+        config.longest_gap_m,
+    );
     let drawing = Drawing {
         count: config.trials,
         spacing_m: config.spacing_m,
@@ -204,8 +216,17 @@ pub fn localise(
     let mut standings = Vec::new();
     for contender in contenders(&arena)? {
         progress(&contender.title);
-        let play =
-            |known_start: bool| course(&contender, &trials, parts, &grid, config, known_start);
+        let motion = config.motion.as_ref().unwrap_or(&model.header.motion);
+        let play = |known_start: bool| {
+            course(
+                &contender,
+                &trials,
+                (parts, motion),
+                &grid,
+                config,
+                known_start,
+            )
+        };
         let (global, tracking) = (play(false)?, play(true)?);
         let scores = priors.iter().zip(contender.held_out);
         standings.push(Standing {
@@ -236,7 +257,7 @@ pub fn localise(
 fn course(
     contender: &Contender,
     trials: &[Trial],
-    parts: &Parts,
+    (parts, motion): (&Parts, &OdometryMotion),
     grid: &Arc<Grid>,
     config: &LocaliseConfig,
     known_start: bool,
@@ -257,7 +278,7 @@ fn course(
             };
             let stream = Seed(config.seed).numbered_stream("sampled features", t as u64);
             let sensor = contender.sensor.as_deref();
-            let mut robot = BayesLocaliser::new(grid, &config.motion, start, sensor, stream)?;
+            let mut robot = BayesLocaliser::new(grid, motion, start, sensor, stream)?;
             let mut answers = Answers {
                 expected_error_m: Vec::new(),
                 point_error_m: Vec::new(),

@@ -32,15 +32,14 @@ pub struct Drawing {
     pub longest_m: f64,
 }
 
-/// A way through unmapped places no longer than this does not end a stretch, in metres.
-const LONGEST_GAP_M: f64 = 1.0;
-
 /// Consecutive unseen snapshots of one run, from mapped place to mapped place: where there is no map, nobody can find
 /// out where he is, and the trial would judge the map-maker's way instead of the localiser.
+/// A way of up to `longest_gap_m` through unmapped places does not end a stretch.
 pub fn stretches(
     recording: &Recording,
     unseen: &[usize],
     is_mapped: impl Fn(usize) -> bool,
+    longest_gap_m: f64,
 ) -> Vec<Range<usize>> {
     let runs = recording.runs();
     let run_of = |k: usize| runs.partition_point(|run| run.end <= k);
@@ -54,7 +53,7 @@ pub fn stretches(
                 Some(last)
                     if unbroken
                         && run_of(k) == run_of(last.start)
-                        && travelled[k] - travelled[last.end - 1] <= LONGEST_GAP_M =>
+                        && travelled[k] - travelled[last.end - 1] <= longest_gap_m =>
                 {
                     last.end = k + 1;
                 }
@@ -158,10 +157,15 @@ mod tests {
     #[test]
     fn a_stretch_ends_with_its_run_at_seen_snapshots_and_where_the_map_ends() {
         let unseen: Vec<usize> = (0..10).chain(15..60).collect();
-        let all = stretches(&recording(), &unseen, |_| true);
+        let all = stretches(&recording(), &unseen, |_| true, 1.0);
         assert_eq!(all, [0..10, 15..40, 40..60]);
         let hole = |from: usize, to: usize| {
-            stretches(&recording(), &unseen, move |k| !(from..to).contains(&k))
+            stretches(
+                &recording(),
+                &unseen,
+                move |k| !(from..to).contains(&k),
+                1.0,
+            )
         };
         assert_eq!(hole(20, 23), [0..10, 15..40, 40..60]); // 19 to 23 is 1 m
         assert_eq!(hole(20, 24), [0..10, 15..20, 24..40, 40..60]);

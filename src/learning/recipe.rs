@@ -87,13 +87,13 @@ impl Default for DescentConfig {
     fn default() -> Self {
         Self {
             optimiser: Optimiser::Adam,
-            learning_rate: 0.02,
+            learning_rate: 0.03,
             weight_decay: 0.01,
-            steps: 600,
+            steps: 2000,
             validate_every: 10,
-            patience: 150,
-            checkpoint_every: 50,
-            input_noise: 0.1,
+            patience: 300,
+            checkpoint_every: 100,
+            input_noise: 0.3,
             map_in_objective: true,
         }
     }

@@ -19,7 +19,7 @@ pub mod npz;
 pub mod safetensors;
 
 use crate::{
-    belief::{FeatureMap, Places, Uncertainty},
+    belief::{FeatureMap, OdometryMotion, Places, Uncertainty},
     detector::{
         input::Input,
         net::{Activation, Layer, NetDetector, Weights},
@@ -56,6 +56,8 @@ pub struct Header {
     pub input: Input,
     /// Activation of the hidden units.
     pub activation: Activation,
+    /// How far the odometry of the training part can be trusted.
+    pub motion: OdometryMotion,
     /// Expected errors reached.
     pub scores: Scores,
 }
@@ -97,6 +99,7 @@ impl Model {
                 dataset_sha256: recording.columns().dataset_sha256.clone(),
                 input: lesson.input.clone(),
                 activation: trained.weights.activation,
+                motion: OdometryMotion::fitted(recording, &lesson.snapshots),
                 scores: Scores {
                     train: trained.train,
                     validation: trained.validation,
