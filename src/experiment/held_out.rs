@@ -162,3 +162,110 @@ pub fn tuned_bandwidth(
     }
     best.0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        belief::{Belief, Evidence, bayes},
+        geometry::Pose,
+        seed::Seed,
+    };
+    use rand::RngExt;
+    use std::sync::Arc;
+
+    fn cases() -> Vec<(Places, Uncertainty, Array2<f64>)> {
+        let mut random = Seed(6).stream("filter and objective");
+        let route = Places::Route((0..40).map(|_| 20.0 * random.random::<f64>()).collect());
+        let mut pose = || {
+            Pose::new(
+                9.0 * random.random::<f64>(),
+                5.0 * random.random::<f64>(),
+                6.0 * random.random::<f64>(),
+            )
+        };
+        let plane = Places::Plane((0..40).map(|_| pose()).collect());
+        let mut cases = Vec::new();
+        for places in [route, plane] {
+            for prior in ["2m", "5m,any", "global"] {
+                for n in [1, 3] {
+                    let g = Array2::from_shape_simple_fn((40, n), || random.random::<f64>());
+                    cases.push((places.clone(), prior.parse().unwrap(), g));
+                }
+            }
+        }
+        cases
+    }
+
+    /// One correction by Jeffrey's rule, averaged over all truths, is what training minimises: the filter and the
+    /// objective are two pages of one book.
+    #[test]
+    fn a_step_of_the_filter_makes_the_error_of_the_objective() {
+        for (places, uncertainty, g) in cases() {
+            let prior = PriorOperator::new(uncertainty, &places, &places);
+            let objective = evaluate(&prior, g.view(), g.view(), equal_weights(40).view()).unwrap();
+            let cells = Arc::new(places.clone());
+            let map = GridMap::new(g.clone()).unwrap();
+            let (mut before, mut after) = (0.0, 0.0);
+            for truth in 0..40 {
+                let mut belief = Belief::within(&cells, &places, truth, &uncertainty).unwrap();
+                before += belief.expected_error_m(&places, truth) / 40.0;
+                let mut stream = Seed(0).stream("not drawn from");
+                let said = Evidence::Jeffrey
+                    .log_likelihood(&g.row(truth).to_vec(), &map, &belief, &mut stream)
+                    .unwrap();
+                bayes::correct(&mut belief, &said).unwrap();
+                after += belief.expected_error_m(&places, truth) / 40.0;
+            }
+            assert!(
+                (before - objective.prior_error_m).abs() < 1e-12 * (1.0 + before),
+                "{uncertainty}"
+            );
+            assert!(
+                (after - objective.posterior_error_m).abs() < 1e-12 * (1.0 + after),
+                "{uncertainty}"
+            );
+        }
+    }
+
+    #[test]
+    fn certain_bits_are_judged_alike_by_both_ways() {
+        // Exact sums over outcomes and mean field agree where every answer is 0 or 1, as far as the floors reach.
+        for (places, uncertainty, g) in cases() {
+            let bits = g.mapv(|g| if g > 0.5 { 1.0 } else { 0.0 });
+            let map = GridMap::new(g.mapv(|g| 0.01 + 0.98 * g)).unwrap();
+            let exact = by_features(uncertainty, (&places, bits.view()), (&places, &map)).unwrap();
+            let mean_field = by_bits(uncertainty, (&places, bits.view()), (&places, &map));
+            assert!(
+                (exact.posterior_error_m - mean_field.posterior_error_m).abs() < 1e-9,
+                "{exact:?} {mean_field:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_kernel_finds_what_looks_alike() {
+        let places = Places::Route((0..20).map(f64::from).collect());
+        let scans = Array2::from_shape_fn((20, 3), |(k, i)| (k * (i + 2)) as f32);
+        let sharp = by_kernel(
+            Uncertainty::Global,
+            (&places, scans.view()),
+            (&places, scans.view()),
+            0.1,
+        );
+        assert!(sharp.error_reduction > 0.999, "{sharp:?}");
+        let blunt = by_kernel(
+            Uncertainty::Global,
+            (&places, scans.view()),
+            (&places, scans.view()),
+            1e6,
+        );
+        assert!(blunt.error_reduction.abs() < 1e-6, "{blunt:?}");
+        let tuned = tuned_bandwidth(
+            Uncertainty::Global,
+            (&places, scans.view()),
+            (&places, scans.view()),
+        );
+        assert!(tuned < 0.5, "{tuned}");
+    }
+}

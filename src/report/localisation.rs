@@ -18,15 +18,15 @@ pub fn table(record: &Record) -> Table {
     headers.extend(
         priors
             .iter()
-            .map(|prior| format!("reduction {} (%)", plus_minus(prior))),
+            .map(|prior| format!("{} (%)", plus_minus(prior))),
     );
     headers.extend(
         [
-            "converged (%)",
+            "found (%)",
             "after (m)",
-            "mean < 1 m at (m)",
-            "error at 10 m (m)",
-            "tracking error (m)",
+            "<1 m at (m)",
+            "10 m on (m)",
+            "tracking (m)",
         ]
         .map(String::from),
     );
@@ -49,18 +49,28 @@ pub fn table(record: &Record) -> Table {
         table.row(row);
     }
     table.caption(format!(
-        "{} trials in {} stretches that training never saw{}; {} of {} unseen snapshots lie at places seen in training",
+        "{} trials in {} stretches that training never saw{}",
         record.trials,
         record.stretches,
-        if record.unseen_is_validation { " (but that stopped it: somewhat flattering)" } else { "" },
+        if record.unseen_is_validation {
+            ", but that stopped it: somewhat flattering"
+        } else {
+            ""
+        },
+    ));
+    table.caption(format!(
+        "{} = error that one snapshot takes away under that prior, over {} of {} unseen\n  snapshots: those at places seen in training; its best is 100 %",
+        priors.iter().map(|prior| plus_minus(prior)).collect::<Vec<_>>().join(", "),
         record.covered,
         record.unseen
     ));
-    table.caption("reduction: expected error that one snapshot takes away, under that prior; its best case is 100 %");
-    table.caption("converged: expected error under 1 m and the likeliest place right, for 5 m; after: median distance (–: fewer than half)");
-    table.caption(
-        "tracking: from a known start, expected error after 10 m (or –: no trial is that long)",
-    );
+    for line in [
+        "found = trials that end up sure and right within 1 m, from a start anywhere; after =\n  median distance (–: fewer than half)",
+        "<1 m at = where the mean expected error passes 1 m; 10 m on = that error after 10 m",
+        "tracking = the same error after 10 m from a known start (–: no trial is that long)",
+    ] {
+        table.caption(line);
+    }
     table
 }
 
