@@ -17,7 +17,8 @@ use std::{fmt::Write, path::PathBuf};
 /// of the same name) shows them along the route, or in the plane where the dataset has no route.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
-  ballmark features models/corridor-2m.safetensors datasets/corridor-small.npz -o features.csv")]
+  ballmark features models/corridor-2m.safetensors \\
+    datasets/corridor-small.npz -o features.csv")]
 pub struct Arguments {
     /// Model, as `ballmark train` writes it.
     #[arg(value_name = "M.safetensors")]

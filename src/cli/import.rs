@@ -42,16 +42,16 @@ pub struct Arguments {
 }
 
 const HELP: &str = "\
-CARMEN: one snapshot a FLASER, ROBOTLASER1 or RAWLASER1 line (channel `laser`; RLASER is `rear_laser`, SONAR is `sonar`);
-without those, one an RLASER or SONAR line. Readings without a return become NaN from the log's own maximum on, which is
+CARMEN: one snapshot a FLASER, ROBOTLASER1 or RAWLASER1 line (channel `laser`; RLASER is `rear_laser`, SONAR is `sonar`); \
+without those, one an RLASER or SONAR line. Readings without a return become NaN from the log's own maximum on, which is \
 printed: a value that readings pile up at, far out and wherever the robot is.
 
-CSV: a header with `time_s` (or `stamp`), `x_m`, `y_m`, `heading_rad` (the true place); optional `odometry_x_m`,
-`odometry_y_m`, `odometry_heading_rad`, `run`, `route_m`, `compass_rad`. Every other column is one sensor value: NAME.0,
-NAME.1, ... (or NAME_0, NAME_1, ...) form one channel NAME, a plain name is a channel of one value. An empty cell or nan is
+CSV: a header with `time_s` (or `stamp`), `x_m`, `y_m`, `heading_rad` (the true place); optional `odometry_x_m`, \
+`odometry_y_m`, `odometry_heading_rad`, `run`, `route_m`, `compass_rad`. Every other column is one sensor value: NAME.0, \
+NAME.1, ... (or NAME_0, NAME_1, ...) form one channel NAME, a plain name is a channel of one value. An empty cell or nan is \
 no return. A unit may stand in brackets: light[lux]; `laser`, `rear_laser`, `sonar`, `infrared` and names ending in _m are in metres.
 
-Exit status: 0 done (odd time stamps and messages passed over are warnings), 1 failed, 2 wrong call, 3 done but damaged lines
+Exit status: 0 done (odd time stamps and messages passed over are warnings), 1 failed, 2 wrong call, 3 done but damaged lines \
 were dropped, each counted and the first ones named.
 
 Example:

@@ -25,7 +25,8 @@ use std::{
 /// --trained-on.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
-  ballmark localise models/corridor-2m.safetensors datasets/corridor-small.npz --trials 20")]
+  ballmark localise models/corridor-2m.safetensors \\
+    datasets/corridor-small.npz --trials 20")]
 pub struct Arguments {
     /// Model, as `ballmark train` writes it.
     #[arg(value_name = "M.safetensors")]

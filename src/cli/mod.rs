@@ -20,6 +20,8 @@ use std::{
 /// Learn a robot's own landmarks, localise with them, and judge the result.
 #[derive(Debug, Parser)]
 #[command(name = "ballmark", version, about, arg_required_else_help = true)]
+#[command(after_help = "Example:
+  ballmark demo --toy --out demo-report")]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -49,6 +51,7 @@ pub enum Outcome {
 /// Runs the command that the arguments ask for; the exit status is the one users and scripts rely on: 0 done, 1 the work
 /// failed, 2 the call is wrong, 3 done but something in the input was lost.
 pub fn run() -> ExitCode {
+    outlive_file_size_limits();
     let arguments = Arguments::parse(); // clap itself exits with 2 on a wrong call
     let result: Result<Outcome> = match arguments.command {
         Command::Demo(arguments) => demo::run(arguments),
@@ -62,11 +65,22 @@ pub fn run() -> ExitCode {
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Lossy) => ExitCode::from(3),
-        Err(error) if error.is_broken_pipe() => ExitCode::SUCCESS,
         Err(error) => {
             warn(&format!("error: {error}"));
             ExitCode::from(if error.is_usage() { 2 } else { 1 })
         }
+    }
+}
+
+/// Makes a write past the user's file-size limit (`ulimit -f`) an error like a full disk. By default the signal SIGXFSZ
+/// ends the process on the spot: no word to the user, and the temporary file left lying.
+fn outlive_file_size_limits() {
+    #[cfg(unix)]
+    {
+        // The flag is never read: a handler that returns is enough for the write to answer "file too large". Where it
+        // can't be installed we are no worse off than without it.
+        let caught = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, caught);
     }
 }
 
@@ -75,10 +89,16 @@ pub(crate) fn warn(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// A result, on standard output.
+/// A result, on standard output. That the reader has seen enough (`ballmark … | head -1`) is no fault: files are still
+/// written, and the exit status is that of the work.
 pub(crate) fn print(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())
+    let written = out
+        .write_all(text.as_bytes())
         .and_then(|()| out.flush())
-        .map_err(|e| Error::io("cannot write", "standard output", e))
+        .map_err(|e| Error::io("cannot write", "standard output", e));
+    match written {
+        Err(error) if error.is_broken_pipe() => Ok(()),
+        other => other,
+    }
 }

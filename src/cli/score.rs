@@ -25,7 +25,8 @@ use std::{
 /// knows nothing. The interval is that of the corrected coefficient. Natural logarithms.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
-  printf 'location,response\\nhall,1\\nhall,1\\ndoor,2\\ndoor,1\\n' > answers.csv && ballmark score answers.csv")]
+  printf 'location,response\\nhall,1\\nhall,1\\ndoor,2\\ndoor,1\\n' > answers.csv
+  ballmark score answers.csv")]
 pub struct Arguments {
     /// Responses: CSV with the columns `response,location`, optional `trial,distance_m`.
     #[arg(value_name = "R.csv")]

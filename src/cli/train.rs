@@ -20,7 +20,8 @@ use std::{
 /// training never sees, for `ballmark localise`. Neither cuts a run or a stretch of path.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
-  ballmark train datasets/corridor-small.npz -o corridor.safetensors --uncertainty 2m --features 2 --steps 100")]
+  ballmark train datasets/corridor-small.npz -o corridor.safetensors \\
+    --uncertainty 2m --features 2 --steps 100")]
 pub struct Arguments {
     /// Dataset to learn from, as `ballmark import` writes it.
     #[arg(value_name = "D.npz")]

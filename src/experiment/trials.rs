@@ -200,9 +200,14 @@ mod tests {
             drawn,
             draw(&recording(), &[0..40, 40..60], &drawing, Seed(2)).unwrap()
         );
-        let short = draw(&recording(), &[0..10], &drawing, Seed(1))
-            .unwrap_err()
-            .to_string();
+        let short = draw(
+            &recording(),
+            std::slice::from_ref(&(0..10)),
+            &drawing,
+            Seed(1),
+        )
+        .unwrap_err()
+        .to_string();
         assert!(
             short.contains("2.2 m") || short.contains("2.3 m"),
             "{short}"
