@@ -72,6 +72,15 @@ pub struct Scores {
 }
 
 /// A trained set of filters and its map.
+///
+/// ```no_run
+/// use ballmark::{detector::Detector, model::Model, recording::npz};
+/// let model = Model::read("corridor-2m.safetensors".as_ref())?;
+/// let unseen = npz::read("walk.npz".as_ref())?;
+/// let probability = model.detector().probabilities(&unseen)?; // P(f_i = 1 | s), [snapshot, feature]
+/// model.write("corridor-2m.npz".as_ref())?; // the same to the bit, for numpy
+/// # Ok::<(), ballmark::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// What is no array.

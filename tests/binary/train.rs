@@ -292,14 +292,17 @@ fn a_configuration_at_fault_is_a_wrong_call_and_names_the_line() {
 #[test]
 fn an_output_that_cannot_be_made_is_told_before_the_training() {
     let place = Workplace::new();
-    toy(&place, true);
-    let answer = train(&place, "toy.csv/m.safetensors", &[]);
-    answer.refused(1, &["toy.csv/m.safetensors", "is a file, not a folder"]);
-    assert!(!answer.stderr.contains("learning"), "{}", answer.stderr);
-    let answer = train(&place, "nowhere/m.npz", &[]);
-    answer.refused(1, &["nowhere/m.npz", "does not exist"]);
+    place.write("file", "");
     fs::create_dir(place.path("folder.npz")).unwrap();
-    train(&place, "folder.npz", &[]).refused(1, &["folder.npz", "a folder of that name"]);
+    for (output, fault) in [
+        ("file/m.safetensors", "is a file, not a folder"),
+        ("nowhere/m.npz", "does not exist"),
+        ("folder.npz", "a folder of that name"),
+    ] {
+        // Even before the dataset is looked for, which isn't there.
+        let answer = train(&place, output, &[]);
+        answer.refused(1, &[output, "cannot write", fault]);
+    }
 }
 
 #[test]
