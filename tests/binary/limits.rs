@@ -162,7 +162,7 @@ fn files_that_cannot_be_read_are_told() {
     use std::os::unix::fs::PermissionsExt;
     let place = Workplace::new();
     let locked = place.write("locked.csv", RESPONSES);
-    fs::set_permissions(&locked, fs::Permissions::from_mode(0)).unwrap();
+    fs::set_permissions(&locked, fs::Permissions::from_mode(0o000)).unwrap();
     if fs::read(&locked).is_ok() {
         eprintln!("skipped: no file is closed to this user; a memory image stands in for it");
     } else {
