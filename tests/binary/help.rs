@@ -7,6 +7,9 @@ use std::{path::Path, process::Command};
 /// Folders of the repository that examples may read from.
 const REACHABLE: [&str; 3] = ["datasets", "models", "configs"];
 
+/// What the calls of an example begin with.
+const PROGRAMS: [&str; 2] = ["ballmark", "printf"];
+
 fn help(arguments: &[&str]) -> String {
     let mut command = Command::new(binary());
     let told = answer(command.args(arguments).arg("--help").env("COLUMNS", "80"));
@@ -35,11 +38,19 @@ fn example(help: &str) -> &str {
     let (_, example) = help
         .rsplit_once("\nExample:\n")
         .expect("a help ends with `Example:`");
-    let indented = example.lines().all(|line| line.starts_with("  "));
-    assert!(
-        indented && !example.trim().is_empty(),
-        "after `Example:` only the example:\n{help}"
-    );
+    assert!(!example.trim().is_empty(), "an empty example:\n{help}");
+    // A line begins a call or goes on behind a backslash; anything else was broken to fit, and can't be copied.
+    let mut continued = false;
+    for line in example.lines() {
+        let begins = PROGRAMS
+            .iter()
+            .any(|p| line.starts_with(&format!("  {p} ")));
+        assert!(
+            begins || continued,
+            "after `Example:` only calls, cut with \\ to fit 80 columns: {line}"
+        );
+        continued = line.ends_with('\\');
+    }
     example
 }
 
