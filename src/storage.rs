@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use sha2::{Digest, Sha256};
 use std::{
     fs,
-    io::{self, BufWriter, Seek, Write},
+    io::{self, Cursor, Seek, Write},
     path::{Path, PathBuf},
 };
 
@@ -52,11 +52,11 @@ pub fn write_file(
     #[cfg(not(unix))]
     let builder = tempfile::Builder::new();
     let mut temporary = builder.tempfile_in(&folder).map_err(refused)?;
-    {
-        let mut buffered = BufWriter::new(temporary.as_file_mut());
-        content(&mut buffered).map_err(refused)?;
-        buffered.flush().map_err(refused)?;
-    }
+    // Made in memory first: an archive writer tries to close its archive when it is dropped, and complains on standard
+    // error, beside our own line, when the disk that has refused it once refuses again.
+    let mut whole = Cursor::new(Vec::new());
+    content(&mut whole).map_err(refused)?;
+    temporary.write_all(whole.get_ref()).map_err(refused)?;
     temporary.as_file().sync_all().map_err(refused)?;
     temporary.persist(path).map_err(|e| refused(e.error))?;
     Ok(())

@@ -1,7 +1,9 @@
 //! The real binary, called as a user calls it: one test binary for all commands.
 
 mod configs;
+mod help;
 mod import;
+mod limits;
 mod localise;
 mod model;
 mod score;
