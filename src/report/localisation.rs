@@ -24,7 +24,7 @@ pub fn table(record: &Record) -> Table {
         [
             "found (%)",
             "after (m)",
-            "<1 m at (m)",
+            "<1m at (m)",
             "10 m on (m)",
             "tracking (m)",
         ]
@@ -66,7 +66,7 @@ pub fn table(record: &Record) -> Table {
     ));
     for line in [
         "found = trials that end up sure and right within 1 m, from a start anywhere; after =\n  median distance (–: fewer than half)",
-        "<1 m at = where the mean expected error passes 1 m; 10 m on = that error after 10 m",
+        "<1m at = where the mean expected error passes 1 m; 10 m on = that error after 10 m",
         "tracking = the same error after 10 m from a known start (–: no trial is that long)",
     ] {
         table.caption(line);

@@ -194,7 +194,7 @@ fn outputs_without_a_folder_or_upon_one_are_told() {
     ] {
         for (output, fault) in [
             (format!("folder.{ending}"), "a folder of that name exists"),
-            (format!("missing/new.{ending}"), "No such file"),
+            (format!("missing/new.{ending}"), "does not exist"),
             (format!("walk.csv/new.{ending}"), "is a file, not a folder"),
         ] {
             let call = call.to_string() + &output;
