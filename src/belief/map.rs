@@ -212,10 +212,11 @@ impl LogOdds {
     fn of(probability: &Array2<f64>) -> Self {
         // A certain map would make 0 · ∞ of a feature that agrees with it.
         let certain = |m: f64| m.clamp(f64::EPSILON, 1.0 - f64::EPSILON);
-        let cells = (0..probability.nrows()).into_par_iter();
+        // On one thread: this runs while others wait for it, and a rayon thread that waits for its share of the work takes
+        // up other work meanwhile, which may be a trial that asks for these very logarithms: nobody would ever finish.
         let sum = |row: ArrayView1<f64>| row.iter().map(|&m| (-certain(m)).ln_1p()).sum();
         Self {
-            offset: cells.map(|cell| sum(probability.row(cell))).collect(),
+            offset: probability.rows().into_iter().map(sum).collect(),
             slope: probability.mapv(|m| certain(m).ln() - (-certain(m)).ln_1p()),
         }
     }
@@ -241,6 +242,26 @@ mod tests {
     use super::*;
     use crate::geometry::Pose;
     use ndarray::array;
+
+    /// Many trials that ask for the logarithms at once, each of them a job of the same thread pool.
+    #[test]
+    fn asked_by_many_jobs_at_once_it_answers_all() {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(4)
+            .build()
+            .unwrap();
+        for round in 0..50 {
+            let map =
+                GridMap::new(Array2::from_elem((3000, 4), 0.01 * f64::from(round + 1))).unwrap();
+            let sums: Vec<f64> = pool.install(|| {
+                (0..64)
+                    .into_par_iter()
+                    .map(|_| map.cross_entropy(&[1.0, 0.0, 0.5, 1.0])[17])
+                    .collect()
+            });
+            assert!(sums.iter().all(|s| *s == sums[0]));
+        }
+    }
     use std::f64::consts::PI;
 
     fn config(k: usize, unmodelled_probability: f64) -> MapConfig {

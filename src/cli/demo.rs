@@ -58,32 +58,42 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     npz::write(&dataset, &thrun1998(Seed(arguments.seed), &corridor)?)?;
     let recording = npz::read(&dataset)?; // with its checksum, as any user has it
 
-    let mut told = format!(
-        "{} runs along an 89 m corridor, {} snapshots of 24 sonars; every fourth run is kept for the trials.\n",
-        recording.runs().len(),
-        recording.len()
-    );
-    for (prior, words) in [
-        ("2m", "trained for ±2 m"),
-        ("global", "trained for no idea where"),
-    ] {
+    let mut record: Option<Record> = None;
+    for (prior, words) in [("2m", "for ±2 m"), ("global", "for no idea where")] {
         let model = learn(&arguments, prior.parse()?, &recording)?;
         model.write(&folder.join(format!("corridor-{prior}.safetensors")))?;
         let answers = model.detector().probabilities(&recording)?;
-        let plot = features::plot(&format!("Filters {words}"), &recording, &answers)?;
+        let plot = features::plot(
+            &format!("What filters trained {words} answer"),
+            &recording,
+            &answers,
+        )?;
         write_text(
             &folder.join(format!("features-{prior}.csv")),
             &features::csv(&recording, &answers),
         )?;
         write_text(&folder.join(format!("features-{prior}.svg")), &plot)?;
 
-        let record = localise(&arguments, &model, &recording)?;
-        let report = folder.join(format!("localisation-{prior}"));
-        storage::make_folder(&report)?;
-        write_report(&report, &format!("Filters {words}"), &record)?;
-        told += &format!("\nFilters {words}\n{}", localisation::table(&record).text());
+        let (name, title) = (
+            if prior == "2m" {
+                "learned_2m"
+            } else {
+                "learned_global"
+            },
+            format!("4 learned, {}", if prior == "2m" { "±2 m" } else { prior }),
+        );
+        let told = localise(&arguments, &model, &recording, record.is_none(), &title)?;
+        record = Some(together(record, told, name, title));
     }
-    print(&told)?;
+    if let Some(record) = &record {
+        write_report(folder, "Simulated corridor", record)?;
+        print(&format!(
+            "{} runs along an 89 m corridor, {} snapshots of 24 sonars; every fourth run\nis kept for the trials.\n\n{}",
+            recording.runs().len(),
+            recording.len(),
+            localisation::table(record).text()
+        ))?;
+    }
     warn(&format!(
         "dataset, models, tables and pictures are in {} ({:.0} s in all)",
         folder.display(),
@@ -112,8 +122,18 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
     .model)
 }
 
-fn localise(arguments: &Arguments, model: &Model, recording: &Recording) -> Result<Record> {
-    let parts = Parts::new(model, recording, None)?;
+/// Plays the trials with a model's filters, and with the baselines where asked: they are the same for every model.
+fn localise(
+    arguments: &Arguments,
+    model: &Model,
+    recording: &Recording,
+    baselines: bool,
+    title: &str,
+) -> Result<Record> {
+    let mut parts = Parts::new(model, recording, None)?;
+    if !baselines {
+        parts.school = None;
+    }
     let mut config = LocaliseConfig {
         seed: arguments.seed,
         ..LocaliseConfig::default()
@@ -122,12 +142,30 @@ fn localise(arguments: &Arguments, model: &Model, recording: &Recording) -> Resu
         config.trials = 8;
         config.resamples = 100;
     }
-    let mut progress = Progress::new("localising", 5);
+    let mut progress = Progress::new("localising", if baselines { 5 } else { 2 });
     let mut played = 0;
     let record = global::localise(model, &parts, &config, &mut |who| {
-        progress.at(played, who);
+        progress.at(played, if played == 0 { title } else { who });
         played += 1;
     })?;
     progress.done();
     Ok(record)
+}
+
+/// The learned filters of both models, then the baselines: all have played the same trials.
+fn together(
+    first: Option<Record>,
+    mut second: Record,
+    name: &'static str,
+    title: String,
+) -> Record {
+    second.standings[0].name = name;
+    second.standings[0].title = title;
+    match first {
+        None => second,
+        Some(mut all) => {
+            all.standings.insert(1, second.standings.swap_remove(0));
+            all
+        }
+    }
 }

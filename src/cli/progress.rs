@@ -19,7 +19,7 @@ impl Progress {
         let bar = stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(steps as u64);
             let style = ProgressStyle::with_template(
-                "{prefix} {wide_bar} {pos}/{len} · {eta} left · {msg}",
+                "{prefix} {bar:20} {pos}/{len} · {eta} left · {wide_msg}",
             );
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar.set_prefix(what.to_string());

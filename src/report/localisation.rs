@@ -18,18 +18,9 @@ pub fn table(record: &Record) -> Table {
     headers.extend(
         priors
             .iter()
-            .map(|prior| format!("{} (%)", plus_minus(prior))),
+            .map(|prior| format!("{} %", plus_minus(prior))),
     );
-    headers.extend(
-        [
-            "found (%)",
-            "after (m)",
-            "<1m at (m)",
-            "10 m on (m)",
-            "tracking (m)",
-        ]
-        .map(String::from),
-    );
+    headers.extend(["found %", "after m", "<1m at", "at 10m", "tracked"].map(String::from));
     let mut table = Table::new(headers);
     for standing in &record.standings {
         let mut row = vec![Cell::Text(standing.title.clone())];
@@ -59,15 +50,15 @@ pub fn table(record: &Record) -> Table {
         },
     ));
     table.caption(format!(
-        "{} = error that one snapshot takes away under that prior, over {} of {} unseen\n  snapshots: those at places seen in training; its best is 100 %",
+        "{} % = share of the error under that prior that one snapshot takes away;\n  over {} of {} unseen snapshots: those at places seen in training",
         priors.iter().map(|prior| plus_minus(prior)).collect::<Vec<_>>().join(", "),
         record.covered,
         record.unseen
     ));
     for line in [
-        "found = trials that end up sure and right within 1 m, from a start anywhere; after =\n  median distance (–: fewer than half)",
-        "<1m at = where the mean expected error passes 1 m; 10 m on = that error after 10 m",
-        "tracking = the same error after 10 m from a known start (–: no trial is that long)",
+        "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  after m = median metres until then (–: fewer than half)",
+        "<1m at = metres after which the mean expected error is under 1 m;\n  at 10m = that error, in metres, after 10 m of travel",
+        "tracked = the same from a known start (–: no trial is that long)",
     ] {
         table.caption(line);
     }

@@ -47,8 +47,31 @@ impl PriorOperator {
             (_, _, Uncertainty::Global) => {
                 PriorOperator::Everywhere(Everywhere::new(truths, candidates))
             }
-            _ => PriorOperator::Sparse(SparseRows::new(uncertainty, truths, candidates)),
+            _ => Self::with_error(uncertainty, truths, candidates, |t, c| {
+                truths.distance_m(t, candidates, c)
+            }),
         }
+    }
+
+    /// The same with another error than the straight way or the way along the route: `error_m(truth, candidate)` is
+    /// e(ξ*, ξ), such as the way around walls, or a distance with a weight on the turn. Every admitted pair is kept,
+    /// also under a global prior.
+    ///
+    /// ```
+    /// use ballmark::{belief::Places, geometry::Pose, learning::prior_operator::PriorOperator};
+    /// let places = Places::Plane(vec![Pose::new(0.0, 0.0, 0.0), Pose::new(1.0, 0.0, 1.5)]);
+    /// let with_turn = |a, b| places.distance_m(a, &places, b) + 0.5 * places.turn_rad(a, &places, b);
+    /// let prior = PriorOperator::with_error("global".parse()?, &places, &places, with_turn);
+    /// assert_eq!(prior.prior_error_m().to_vec(), [0.875, 0.875]); // half of 1 m + 0.75
+    /// # Ok::<(), ballmark::Error>(())
+    /// ```
+    pub fn with_error(
+        uncertainty: Uncertainty,
+        truths: &Places,
+        candidates: &Places,
+        error_m: impl Fn(usize, usize) -> f64 + Sync,
+    ) -> Self {
+        PriorOperator::Sparse(SparseRows::new(uncertainty, truths, candidates, error_m))
     }
 
     /// N = A·M and D = Bel·M, both `[truth, outcome]`, of M `[candidate, outcome]`.

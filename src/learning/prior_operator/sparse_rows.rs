@@ -17,7 +17,12 @@ struct Entry {
 }
 
 impl SparseRows {
-    pub(super) fn new(uncertainty: Uncertainty, truths: &Places, candidates: &Places) -> Self {
+    pub(super) fn new(
+        uncertainty: Uncertainty,
+        truths: &Places,
+        candidates: &Places,
+        error_m: impl Fn(usize, usize) -> f64 + Sync,
+    ) -> Self {
         let forward: Vec<Vec<Entry>> = (0..truths.len())
             .into_par_iter()
             .map(|truth| {
@@ -28,7 +33,7 @@ impl SparseRows {
                 let entry = |index| Entry {
                     index,
                     belief,
-                    error_times_belief: belief * truths.distance_m(truth, candidates, index),
+                    error_times_belief: belief * error_m(truth, index),
                 };
                 admitted.into_iter().map(entry).collect()
             })
