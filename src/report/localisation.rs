@@ -50,7 +50,7 @@ pub fn table(record: &Record) -> Table {
         },
     ));
     table.caption(format!(
-        "{} % = share of the error under that prior that one snapshot takes away;\n  over {} of {} unseen snapshots: those at places seen in training",
+        "{} % = share of the prior error that one snapshot takes away,\n  over {} of {} unseen snapshots: those at places seen in training",
         priors.iter().map(|prior| plus_minus(prior)).collect::<Vec<_>>().join(", "),
         record.covered,
         record.unseen

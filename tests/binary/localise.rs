@@ -247,7 +247,7 @@ fn the_demo_goes_all_the_way() {
         .done()
         .stdout
         .lines()
-        .filter(|l| l.starts_with("4 learned features"))
+        .filter(|l| l.starts_with("4 learned, "))
         .collect();
     assert_eq!(lines.len(), 2, "{}", answer.stdout);
     for file in [
