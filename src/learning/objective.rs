@@ -97,17 +97,20 @@ pub fn evaluate(
 /// P(f | s) = Π_i P(f_i | s) for all 2^n outcomes f; bit i of the column's number is f_i (Thrun 1998, eq. 33).
 pub fn outcomes(activation: ArrayView2<f64>) -> Array2<f64> {
     let (k, n) = activation.dim();
-    Array2::from_shape_fn((k, 1 << n), |(k, f)| product(activation.row(k), f, None))
-}
-
-/// Π_i P(f_i | s) over all features but `without`.
-fn product(g: ArrayView1<f64>, f: usize, without: Option<usize>) -> f64 {
-    let factor = |(i, &g): (usize, &f64)| match Some(i) == without {
-        true => 1.0,
-        false if f >> i & 1 == 1 => g,
-        false => 1.0 - g,
-    };
-    g.iter().enumerate().map(factor).product()
+    let mut outcomes = Array2::zeros((k, 1 << n));
+    Zip::from(outcomes.rows_mut())
+        .and(activation.rows())
+        .par_for_each(|mut p, g| {
+            p[0] = 1.0;
+            for (i, &g) in g.iter().enumerate() {
+                // Every outcome of the features before i, once with f_i = 1 and once with f_i = 0.
+                for f in 0..1 << i {
+                    p[f + (1 << i)] = p[f] * g;
+                    p[f] *= 1.0 - g;
+                }
+            }
+        });
+    outcomes
 }
 
 /// ∂E/∂g_i = Σ_f ∂E/∂P[f] · (±1) · Π_{j≠i} P(f_j | s): leave-one-out products, so that g = 0 and g = 1 are fine.
@@ -117,14 +120,29 @@ fn to_activations(outcome_gradient: ArrayView2<f64>, activation: ArrayView2<f64>
         .and(outcome_gradient.rows())
         .and(activation.rows())
         .par_for_each(|mut out, dp, g| {
-            for (i, out) in out.iter_mut().enumerate() {
-                let term = |(f, dp): (usize, &f64)| {
-                    dp * product(g, f, Some(i)) * if f >> i & 1 == 1 { 1.0 } else { -1.0 }
-                };
-                *out = dp.iter().enumerate().map(term).sum();
+            // The last feature first: what comes after it is summed over already, what comes before it still is open.
+            let mut open = dp.to_vec();
+            for i in (0..g.len()).rev() {
+                let (without, with) = open.split_at_mut(1 << i);
+                let mut difference: Vec<f64> =
+                    with.iter().zip(&*without).map(|(w, o)| w - o).collect();
+                for j in (0..i).rev() {
+                    sum_out(&mut difference, j, g[j]);
+                }
+                out[i] = difference[0];
+                sum_out(&mut open, i, g[i]);
             }
         });
     gradient
+}
+
+/// Sums over f_i, the last open feature: what is left are the outcomes of those before it.
+fn sum_out(open: &mut Vec<f64>, i: usize, g: f64) {
+    let (without, with) = open.split_at_mut(1 << i);
+    for (o, w) in without.iter_mut().zip(&*with) {
+        *o = (1.0 - g) * *o + g * w;
+    }
+    open.truncate(1 << i);
 }
 
 /// Equal weights P(ξ*) for `truths` places.
