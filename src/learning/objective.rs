@@ -13,7 +13,8 @@
 
 use super::prior_operator::PriorOperator;
 use crate::error::{Error, Result};
-use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Zip};
+use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis, Zip};
+use rayon::prelude::*;
 
 /// Most features that 2^n outcomes allow.
 pub const MOST_FEATURES: usize = 12;
@@ -81,13 +82,13 @@ pub fn evaluate(
     numerator.mapv_inplace(|n| n.max(0.0));
     denominator.mapv_inplace(|d| d.max(SMALLEST_PROBABILITY));
     let error = &numerator / &denominator; // expected error at ξ* after sensing f
-    let weight = weight.insert_axis(ndarray::Axis(1));
+    let weight = weight.insert_axis(Axis(1));
     let weighted = &error * &weight; // ∂E/∂P
     let u = &(&p * &weight) / &denominator; // w ∘ P/D
     let posterior_error_m = (&p * &weighted).sum();
     let map_side = prior.apply_transposed(u.view(), (&u * &error).view()); // ∂E/∂M
     Ok(Evaluation {
-        prior_error_m: (&prior.prior_error_m() * &weight.remove_axis(ndarray::Axis(1))).sum(),
+        prior_error_m: (prior.prior_error_m() * &weight.remove_axis(Axis(1))).sum(),
         posterior_error_m,
         truth_gradient: to_activations(weighted.view(), truth),
         map_gradient: to_activations(map_side.view(), map),
@@ -116,25 +117,34 @@ pub fn outcomes(activation: ArrayView2<f64>) -> Array2<f64> {
 /// ∂E/∂g_i = Σ_f ∂E/∂P[f] · (±1) · Π_{j≠i} P(f_j | s): leave-one-out products, so that g = 0 and g = 1 are fine.
 fn to_activations(outcome_gradient: ArrayView2<f64>, activation: ArrayView2<f64>) -> Array2<f64> {
     let mut gradient = Array2::zeros(activation.raw_dim());
-    Zip::from(gradient.rows_mut())
-        .and(outcome_gradient.rows())
-        .and(activation.rows())
-        .par_for_each(|mut out, dp, g| {
+    let blocks = gradient
+        .axis_chunks_iter_mut(Axis(0), ROWS)
+        .into_par_iter()
+        .zip(outcome_gradient.axis_chunks_iter(Axis(0), ROWS))
+        .zip(activation.axis_chunks_iter(Axis(0), ROWS));
+    blocks.for_each(|((mut out, dp), g)| {
+        let (mut open, mut difference) = (Vec::new(), Vec::new());
+        for ((mut out, dp), g) in out.rows_mut().into_iter().zip(dp.rows()).zip(g.rows()) {
             // The last feature first: what comes after it is summed over already, what comes before it still is open.
-            let mut open = dp.to_vec();
+            open.clear();
+            open.extend(dp);
             for i in (0..g.len()).rev() {
-                let (without, with) = open.split_at_mut(1 << i);
-                let mut difference: Vec<f64> =
-                    with.iter().zip(&*without).map(|(w, o)| w - o).collect();
+                let (without, with) = open.split_at(1 << i);
+                difference.clear();
+                difference.extend(with.iter().zip(without).map(|(w, o)| w - o));
                 for j in (0..i).rev() {
                     sum_out(&mut difference, j, g[j]);
                 }
                 out[i] = difference[0];
                 sum_out(&mut open, i, g[i]);
             }
-        });
+        }
+    });
     gradient
 }
+
+/// Rows that a thread takes at once.
+const ROWS: usize = 128;
 
 /// Sums over f_i, the last open feature: what is left are the outcomes of those before it.
 fn sum_out(open: &mut Vec<f64>, i: usize, g: f64) {

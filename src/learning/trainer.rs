@@ -14,7 +14,8 @@ use crate::{
 };
 use burn::tensor::{Device, Tensor, TensorData};
 use ndarray::{Array2, ArrayView2};
-use rand_distr::{Distribution, Normal};
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -124,8 +125,14 @@ pub struct Trainer<'a> {
     device: Device,
     /// The lesson's inputs on the device, `[snapshot, input]`.
     inputs: Tensor<2>,
+    /// Normally distributed numbers; every step reads on from another place. Drawing them anew would take longer than
+    /// all the rest of a step.
+    noise: Vec<f32>,
     now: Checkpoint,
 }
+
+/// Numbers of noise kept.
+const NOISE: usize = 1 << 20;
 
 impl<'a> Trainer<'a> {
     /// Before the first step: networks of random weights, drawn from the recipe's seed.
@@ -138,7 +145,15 @@ impl<'a> Trainer<'a> {
             &mut Seed(recipe.seed).stream("initial weights"),
         );
         let nets = Nets::new(&weights, &device);
+        let mut random = Seed(recipe.seed).stream("noise");
+        let noise = match recipe.descent.input_noise {
+            0.0 => Vec::new(),
+            _ => (0..NOISE)
+                .map(|_| StandardNormal.sample(&mut random))
+                .collect(),
+        };
         Self {
+            noise,
             recipe,
             lesson,
             inputs: tensor(lesson.inputs.view(), &device),
@@ -203,11 +218,18 @@ impl<'a> Trainer<'a> {
         if deviation == 0.0 {
             return Ok(self.inputs.clone());
         }
-        let normal = Normal::new(0.0, deviation as f32)
-            .map_err(|e| Error::usage(format!("descent.input_noise: {e}")))?;
         let mut random = Seed(self.recipe.seed).numbered_stream("input noise", self.steps() as u64);
-        let noisy = self.lesson.inputs.mapv(|x| x + normal.sample(&mut random));
-        Ok(tensor(noisy.view(), &self.device))
+        let first = random.random_range(0..self.noise.len());
+        let noise = self.noise.iter().cycle().skip(first);
+        let inputs = self.lesson.inputs.iter().zip(noise);
+        let noisy: Vec<f32> = inputs
+            .map(|(x, noise)| x + deviation as f32 * noise)
+            .collect();
+        let shape = [self.lesson.inputs.nrows(), self.lesson.inputs.ncols()];
+        Ok(Tensor::from_data(
+            TensorData::new(noisy, shape),
+            &self.device,
+        ))
     }
 
     /// The validation part under some networks, where there is one.

@@ -19,15 +19,21 @@ mod sparse_rows;
 use crate::belief::{Places, Uncertainty};
 use ndarray::{Array1, Array2, ArrayView2, Axis};
 
-pub use everywhere::Everywhere;
-pub use route_windows::RouteWindows;
-pub use sparse_rows::SparseRows;
+use everywhere::Everywhere;
+use route_windows::RouteWindows;
+use sparse_rows::SparseRows;
 
 /// The prior beliefs of all truths over all candidates.
-pub enum PriorOperator {
+pub struct PriorOperator {
+    shape: Shape,
+    prior_error_m: Array1<f64>,
+}
+
+/// What the prior and the places allow.
+enum Shape {
     /// Along a route.
     Route(RouteWindows),
-    /// In the plane, within a window.
+    /// In the plane, within a window, or with an error of one's own.
     Sparse(SparseRows),
     /// In the plane, anywhere.
     Everywhere(Everywhere),
@@ -42,10 +48,14 @@ impl PriorOperator {
                     Uncertainty::Global => f64::INFINITY,
                     Uncertainty::Window { half_width_m, .. } => half_width_m,
                 };
-                PriorOperator::Route(RouteWindows::new(half_width_m, truths, candidates))
+                Self::of(Shape::Route(RouteWindows::new(
+                    half_width_m,
+                    truths,
+                    candidates,
+                )))
             }
             (_, _, Uncertainty::Global) => {
-                PriorOperator::Everywhere(Everywhere::new(truths, candidates))
+                Self::of(Shape::Everywhere(Everywhere::new(truths, candidates)))
             }
             _ => Self::with_error(uncertainty, truths, candidates, |t, c| {
                 truths.distance_m(t, candidates, c)
@@ -71,49 +81,63 @@ impl PriorOperator {
         candidates: &Places,
         error_m: impl Fn(usize, usize) -> f64 + Sync,
     ) -> Self {
-        PriorOperator::Sparse(SparseRows::new(uncertainty, truths, candidates, error_m))
+        Self::of(Shape::Sparse(SparseRows::new(
+            uncertainty,
+            truths,
+            candidates,
+            error_m,
+        )))
+    }
+
+    fn of(shape: Shape) -> Self {
+        let mut operator = Self {
+            shape,
+            prior_error_m: Array1::default(0),
+        };
+        let ones = Array2::ones((operator.candidates(), 1));
+        operator.prior_error_m = operator.apply(ones.view()).0.remove_axis(Axis(1));
+        operator
     }
 
     /// N = A·M and D = Bel·M, both `[truth, outcome]`, of M `[candidate, outcome]`.
     ///
     /// D[ξ*, f] is P(f) under the prior of a robot at ξ* (Thrun 1998, eq. 37); N/D its expected error after sensing f.
     pub fn apply(&self, map: ArrayView2<f64>) -> (Array2<f64>, Array2<f64>) {
-        match self {
-            PriorOperator::Route(route) => route.apply(map),
-            PriorOperator::Sparse(rows) => rows.apply(map),
-            PriorOperator::Everywhere(all) => all.apply(map),
+        match &self.shape {
+            Shape::Route(route) => route.apply(map),
+            Shape::Sparse(rows) => rows.apply(map),
+            Shape::Everywhere(all) => all.apply(map),
         }
     }
 
     /// Aᵀ·U − Belᵀ·V, `[candidate, outcome]`, of U and V `[truth, outcome]`.
     pub fn apply_transposed(&self, u: ArrayView2<f64>, v: ArrayView2<f64>) -> Array2<f64> {
-        match self {
-            PriorOperator::Route(route) => route.apply_transposed(u, v),
-            PriorOperator::Sparse(rows) => rows.apply_transposed(u, v),
-            PriorOperator::Everywhere(all) => all.apply_transposed(u, v),
+        match &self.shape {
+            Shape::Route(route) => route.apply_transposed(u, v),
+            Shape::Sparse(rows) => rows.apply_transposed(u, v),
+            Shape::Everywhere(all) => all.apply_transposed(u, v),
         }
     }
 
     /// Prior error of every truth in metres, Σ_ξ e(ξ*, ξ)·Bel(ξ) (Thrun 1998, eq. 21).
-    pub fn prior_error_m(&self) -> Array1<f64> {
-        let ones = Array2::ones((self.candidates(), 1));
-        self.apply(ones.view()).0.remove_axis(Axis(1))
+    pub fn prior_error_m(&self) -> &Array1<f64> {
+        &self.prior_error_m
     }
 
     /// Candidates that the prior of every truth admits.
     pub fn window_sizes(&self) -> Vec<usize> {
-        match self {
-            PriorOperator::Route(route) => route.window_sizes(),
-            PriorOperator::Sparse(rows) => rows.window_sizes(),
-            PriorOperator::Everywhere(all) => all.window_sizes(),
+        match &self.shape {
+            Shape::Route(route) => route.window_sizes(),
+            Shape::Sparse(rows) => rows.window_sizes(),
+            Shape::Everywhere(all) => all.window_sizes(),
         }
     }
 
     fn candidates(&self) -> usize {
-        match self {
-            PriorOperator::Route(route) => route.candidates(),
-            PriorOperator::Sparse(rows) => rows.candidates(),
-            PriorOperator::Everywhere(all) => all.candidates(),
+        match &self.shape {
+            Shape::Route(route) => route.candidates(),
+            Shape::Sparse(rows) => rows.candidates(),
+            Shape::Everywhere(all) => all.candidates(),
         }
     }
 }

@@ -1,186 +1,193 @@
 //! Along a route every window is a contiguous range, so running sums give all products in O((T + C)·F).
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, Axis};
+use rayon::prelude::*;
 
 /// Along a route, in order of the coordinate, candidates within a window are neighbours, and running sums of P and x·P
 /// give every window's sums by one subtraction.
 pub struct RouteWindows {
-    /// Coordinates sorted, and where each came from.
-    truth_m: Vec<f64>,
-    truth_order: Vec<usize>,
-    candidate_m: Vec<f64>,
-    candidate_order: Vec<usize>,
-    /// Sorted truth → (first, past the last) sorted candidate of its window; and the other way round.
-    truth_window: Vec<(usize, usize)>,
-    candidate_window: Vec<(usize, usize)>,
-    /// Sorted truth → number of sorted candidates before it; and the other way round.
-    candidates_before: Vec<usize>,
-    truths_before: Vec<usize>,
+    truths: Side,
+    candidates: Side,
+}
+
+/// The places of one side, and what each sees of the other.
+struct Side {
+    /// Coordinates, in metres from the middle of the route: smaller numbers cancel less.
+    x_m: Vec<f64>,
+    /// The places in the order of their coordinate.
+    order: Vec<usize>,
+    /// Of every place: its window among the other side's places in order.
+    window: Vec<Window>,
+}
+
+/// A range of places in order, cut where the place that looks would stand itself.
+#[derive(Clone, Copy)]
+struct Window {
+    first: usize,
+    here: usize,
+    end: usize,
+}
+
+impl Window {
+    fn size(&self) -> usize {
+        self.end - self.first
+    }
 }
 
 impl RouteWindows {
     pub(super) fn new(half_width_m: f64, truths: &[f64], candidates: &[f64]) -> Self {
         let middle = centre(candidates);
-        let sorted = |values: &[f64]| {
+        let centred = |values: &[f64]| -> Vec<f64> { values.iter().map(|x| x - middle).collect() };
+        let (truths, candidates) = (centred(truths), centred(candidates));
+        let order = |values: &[f64]| {
             let mut order: Vec<usize> = (0..values.len()).collect();
             order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-            // Coordinates from the middle of the route: smaller numbers cancel less.
-            (
-                order
-                    .iter()
-                    .map(|&k| values[k] - middle)
-                    .collect::<Vec<f64>>(),
-                order,
-            )
+            order
         };
-        let (truth_m, truth_order) = sorted(truths);
-        let (candidate_m, candidate_order) = sorted(candidates);
+        let (truth_order, candidate_order) = (order(&truths), order(&candidates));
         // |x_j − x_i| ≤ w as computed, so that windows are symmetric under rounding.
-        let windows = |from: &[f64], to: &[f64]| -> Vec<(usize, usize)> {
-            from.iter()
-                .map(|&x| {
-                    let first = to.partition_point(|&y| y < x && (x - y) > half_width_m);
-                    (
-                        first,
-                        to.partition_point(|&y| y <= x || (y - x) <= half_width_m),
-                    )
-                })
-                .collect()
+        let windows = |from: &[f64], to: &[f64], order: &[usize]| -> Vec<Window> {
+            let look = |&x: &f64| Window {
+                first: order.partition_point(|&j| to[j] < x && (x - to[j]) > half_width_m),
+                here: order.partition_point(|&j| to[j] < x),
+                end: order.partition_point(|&j| to[j] <= x || (to[j] - x) <= half_width_m),
+            };
+            from.iter().map(look).collect()
         };
-        let before = |from: &[f64], to: &[f64]| {
-            from.iter()
-                .map(|&x| to.partition_point(|&y| y < x))
-                .collect()
-        };
+        let of_truths = windows(&truths, &candidates, &candidate_order);
+        let of_candidates = windows(&candidates, &truths, &truth_order);
         Self {
-            truth_window: windows(&truth_m, &candidate_m),
-            candidate_window: windows(&candidate_m, &truth_m),
-            candidates_before: before(&truth_m, &candidate_m),
-            truths_before: before(&candidate_m, &truth_m),
-            truth_m,
-            truth_order,
-            candidate_m,
-            candidate_order,
+            truths: Side {
+                x_m: truths,
+                order: truth_order,
+                window: of_truths,
+            },
+            candidates: Side {
+                x_m: candidates,
+                order: candidate_order,
+                window: of_candidates,
+            },
         }
     }
 
     /// Candidates that the prior of every truth admits.
     pub(super) fn window_sizes(&self) -> Vec<usize> {
-        let mut sizes = vec![0; self.truth_m.len()];
-        for (&truth, &(first, end)) in self.truth_order.iter().zip(&self.truth_window) {
-            sizes[truth] = end - first;
-        }
-        sizes
+        self.truths.window.iter().map(Window::size).collect()
     }
 
     pub(super) fn candidates(&self) -> usize {
-        self.candidate_m.len()
+        self.candidates.x_m.len()
+    }
+
+    /// Bel of a truth at each of its candidates.
+    fn share(&self, truth: usize) -> f64 {
+        1.0 / self.truths.window[truth].size().max(1) as f64
     }
 
     pub(super) fn apply(&self, map: ArrayView2<f64>) -> (Array2<f64>, Array2<f64>) {
-        let sums = RunningSums::new(&self.candidate_m, &self.candidate_order, map, |_| 1.0);
-        let mut n = Array2::zeros((self.truth_m.len(), map.ncols()));
+        let sums = RunningSums::new(&self.candidates, map, |_| 1.0);
+        let mut n = Array2::zeros((self.truths.x_m.len(), map.ncols()));
         let mut d = Array2::zeros(n.raw_dim());
-        for (sorted, &truth) in self.truth_order.iter().enumerate() {
-            let (first, end) = self.truth_window[sorted];
-            let share = 1.0 / (end - first).max(1) as f64;
-            let (x, here) = (self.truth_m[sorted], self.candidates_before[sorted]);
-            sums.distances(
-                (first, here, end),
-                x,
-                share,
-                n.row_mut(truth).as_slice_mut(),
-            );
-            sums.masses((first, end), share, d.row_mut(truth).as_slice_mut());
-        }
+        let rows = n
+            .axis_iter_mut(Axis(0))
+            .into_par_iter()
+            .zip(d.axis_iter_mut(Axis(0)));
+        rows.enumerate()
+            .with_min_len(ROWS)
+            .for_each(|(truth, (mut n, mut d))| {
+                let (window, share) = (self.truths.window[truth], self.share(truth));
+                sums.distances(window, self.truths.x_m[truth], share, n.as_slice_mut());
+                sums.masses(window, share, d.as_slice_mut());
+            });
         (n, d)
     }
 
     pub(super) fn apply_transposed(&self, u: ArrayView2<f64>, v: ArrayView2<f64>) -> Array2<f64> {
-        let share = |sorted: usize| {
-            let (first, end) = self.truth_window[sorted];
-            1.0 / (end - first).max(1) as f64
-        };
-        let u = RunningSums::new(&self.truth_m, &self.truth_order, u, share);
-        let v = RunningSums::new(&self.truth_m, &self.truth_order, v, share);
-        let mut out = Array2::zeros((self.candidate_m.len(), u.width));
-        for (sorted, &candidate) in self.candidate_order.iter().enumerate() {
-            let (first, end) = self.candidate_window[sorted];
-            let (x, here) = (self.candidate_m[sorted], self.truths_before[sorted]);
-            let mut row = out.row_mut(candidate);
-            u.distances((first, here, end), x, 1.0, row.as_slice_mut());
-            v.masses((first, end), -1.0, row.as_slice_mut());
-        }
+        let (u, v) = rayon::join(
+            || RunningSums::new(&self.truths, u, |truth| self.share(truth)),
+            || RunningSums::new(&self.truths, v, |truth| self.share(truth)),
+        );
+        let mut out = Array2::zeros((self.candidates.x_m.len(), u.width));
+        let rows = out.axis_iter_mut(Axis(0)).into_par_iter().enumerate();
+        rows.with_min_len(ROWS).for_each(|(candidate, mut row)| {
+            let window = self.candidates.window[candidate];
+            u.distances(
+                window,
+                self.candidates.x_m[candidate],
+                1.0,
+                row.as_slice_mut(),
+            );
+            v.masses(window, -1.0, row.as_slice_mut());
+        });
         out
     }
 }
 
-/// Σ_{j<i} P_j and Σ_{j<i} x_j·P_j for every i, outcomes side by side.
+/// Rows that a thread takes at least: fewer are not worth the handing over.
+const ROWS: usize = 128;
+
+/// Σ_{j<i} P_j and Σ_{j<i} x_j·P_j for every i, outcomes side by side, both of a place together.
 struct RunningSums {
     width: usize,
-    mass: Vec<f64>,
-    moment: Vec<f64>,
+    /// `[place, mass or moment, outcome]`
+    sums: Vec<f64>,
 }
 
 impl RunningSums {
-    fn new(
-        x: &[f64],
-        order: &[usize],
-        rows: ArrayView2<f64>,
-        share: impl Fn(usize) -> f64,
-    ) -> Self {
+    fn new(side: &Side, rows: ArrayView2<f64>, share: impl Fn(usize) -> f64) -> Self {
         let width = rows.ncols();
-        let (mut mass, mut moment) = (
-            vec![0.0; (x.len() + 1) * width],
-            vec![0.0; (x.len() + 1) * width],
-        );
-        for (i, (&x, &k)) in x.iter().zip(order).enumerate() {
-            let share = share(i);
-            for f in 0..width {
-                let value = rows[[k, f]] * share;
-                mass[(i + 1) * width + f] = mass[i * width + f] + value;
-                moment[(i + 1) * width + f] = moment[i * width + f] + x * value;
+        let rows = rows.as_standard_layout();
+        let values = rows.as_slice().unwrap_or_default(); // a standard layout is a slice
+        let mut sums = Vec::with_capacity((side.order.len() + 1) * 2 * width);
+        sums.resize(2 * width, 0.0);
+        let mut running = vec![0.0; 2 * width];
+        for &k in &side.order {
+            let (x, share) = (side.x_m[k], share(k));
+            let (mass, moment) = running.split_at_mut(width);
+            let row = &values[k * width..(k + 1) * width];
+            for ((mass, moment), p) in mass.iter_mut().zip(moment).zip(row) {
+                *mass += share * p;
+                *moment += x * (share * p);
             }
+            sums.extend_from_slice(&running);
         }
-        Self {
-            width,
-            mass,
-            moment,
-        }
+        Self { width, sums }
     }
 
-    /// Adds `share`·Σ |x_j − x|·P_j over the window, x being at position `here` of the sorted order.
-    fn distances(
-        &self,
-        (first, here, end): (usize, usize, usize),
-        x: f64,
-        share: f64,
-        out: Option<&mut [f64]>,
-    ) {
-        let (a, b, c) = (first * self.width, here * self.width, end * self.width);
-        for (f, out) in out.into_iter().flatten().enumerate() {
-            let behind = x * (self.mass[b + f] - self.mass[a + f])
-                - (self.moment[b + f] - self.moment[a + f]);
-            let ahead = (self.moment[c + f] - self.moment[b + f])
-                - x * (self.mass[c + f] - self.mass[b + f]);
+    /// Running mass and moment before place number `i` in order.
+    fn before(&self, i: usize) -> (&[f64], &[f64]) {
+        self.sums[2 * self.width * i..2 * self.width * (i + 1)].split_at(self.width)
+    }
+
+    /// Adds `share`·Σ |x_j − x|·P_j over the window.
+    fn distances(&self, window: Window, x: f64, share: f64, out: Option<&mut [f64]>) {
+        let (first, here, end) = (
+            self.before(window.first),
+            self.before(window.here),
+            self.before(window.end),
+        );
+        let masses = first.0.iter().zip(here.0).zip(end.0);
+        let moments = first.1.iter().zip(here.1).zip(end.1);
+        for (out, (((m0, m1), m2), ((x0, x1), x2))) in
+            out.into_iter().flatten().zip(masses.zip(moments))
+        {
+            let behind = x * (m1 - m0) - (x1 - x0);
+            let ahead = (x2 - x1) - x * (m2 - m1);
             *out += share * (behind + ahead);
         }
     }
 
     /// Adds `share`·Σ P_j over the window.
-    fn masses(&self, (first, end): (usize, usize), share: f64, out: Option<&mut [f64]>) {
-        let (a, c) = (first * self.width, end * self.width);
-        for (f, out) in out.into_iter().flatten().enumerate() {
-            *out += share * (self.mass[c + f] - self.mass[a + f]);
+    fn masses(&self, window: Window, share: f64, out: Option<&mut [f64]>) {
+        let (first, end) = (self.before(window.first).0, self.before(window.end).0);
+        for (out, (m0, m2)) in out.into_iter().flatten().zip(first.iter().zip(end)) {
+            *out += share * (m2 - m0);
         }
     }
 }
 
 fn centre(values: &[f64]) -> f64 {
-    let (low, high) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| {
-            (l.min(v), h.max(v))
-        });
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = values.iter().fold(ends, |(l, h), &v| (l.min(v), h.max(v)));
     if low <= high { 0.5 * (low + high) } else { 0.0 }
 }
