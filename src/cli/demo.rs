@@ -63,7 +63,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         let model = learn(&arguments, prior.parse()?, &recording)?;
         model.write(&folder.join(format!("corridor-{prior}.safetensors")))?;
         let answers = model.detector().probabilities(&recording)?;
-        let plot = features::plot(
+        let plots = features::plots(
             &format!("What filters trained {words} answer"),
             &recording,
             &answers,
@@ -72,7 +72,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             &folder.join(format!("features-{prior}.csv")),
             &features::csv(&recording, &answers),
         )?;
-        write_text(&folder.join(format!("features-{prior}.svg")), &plot)?;
+        for (ending, plot) in plots {
+            write_text(&folder.join(format!("features-{prior}.{ending}")), &plot)?;
+        }
 
         let (name, title) = (
             if prior == "2m" {

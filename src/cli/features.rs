@@ -11,10 +11,10 @@ use crate::{
 use ndarray::Array2;
 use std::{fmt::Write, path::PathBuf};
 
-/// What each filter answers where: a CSV file, and a plot beside it.
+/// What each filter answers where: a CSV file, and plots beside it.
 ///
-/// Columns: index, x_m, y_m, heading_rad, f1, f2, … with f the probability that the feature is seen. The plot (.svg,
-/// of the same name) shows them along the route, or in the plane where the dataset has no route.
+/// Columns: index, x_m, y_m, heading_rad, f1, f2, … with f the probability that the feature is seen. Plots beside it show
+/// them along the route (F.svg), or in the plane where the dataset has no route (F.f1.svg, F.f2.svg, …).
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark features models/corridor-2m.safetensors \\
@@ -39,16 +39,19 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         .probabilities(&recording)
         .map_err(|e| e.in_file(&arguments.dataset))?;
     write_text(&arguments.output, &csv(&recording, &answers))?;
-    let picture = arguments.output.with_extension("svg");
     let title = format!("Filters for uncertainty {}", model.header.prior);
-    write_text(&picture, &plot(&title, &recording, &answers)?)?;
-    print(&format!(
-        "{}: {} snapshots, {} features\n{}: their plot\n",
+    let mut told = format!(
+        "{}: {} snapshots, {} features\n",
         arguments.output.display(),
         recording.len(),
-        answers.ncols(),
-        picture.display()
-    ))?;
+        answers.ncols()
+    );
+    for (name, picture) in plots(&title, &recording, &answers)? {
+        let path = arguments.output.with_extension(name);
+        write_text(&path, &picture)?;
+        told += &format!("{}: their plot\n", path.display());
+    }
+    print(&told)?;
     Ok(Outcome::Done)
 }
 
@@ -70,18 +73,23 @@ pub(super) fn csv(recording: &Recording, answers: &Array2<f32>) -> String {
     text
 }
 
-/// Along the route, the last run that goes all the way, a panel a feature; in the plane, the first feature by place.
-pub(super) fn plot(title: &str, recording: &Recording, answers: &Array2<f32>) -> Result<String> {
-    let column = |i: usize| {
-        answers
-            .column(i)
-            .iter()
-            .map(|&f| f64::from(f))
-            .collect::<Vec<f64>>()
-    };
+/// Pictures, each with the ending of its name: along the route, the last run with a panel a feature; in the plane, a
+/// picture a feature.
+pub(super) fn plots(
+    title: &str,
+    recording: &Recording,
+    answers: &Array2<f32>,
+) -> Result<Vec<(String, String)>> {
     let Some(route) = recording.route_m() else {
         let (x, y): (Vec<f64>, Vec<f64>) = recording.poses().iter().map(|p| (p.x_m, p.y_m)).unzip();
-        return scatter_plot(title, "P(f1 = 1)", &x, &y, &column(0), Some((0.0, 1.0)));
+        return (0..answers.ncols())
+            .map(|i| {
+                let values: Vec<f64> = answers.column(i).iter().map(|&f| f64::from(f)).collect();
+                let label = format!("P(f{} = 1)", i + 1);
+                let picture = scatter_plot(title, &label, &x, &y, &values, Some((0.0, 1.0)))?;
+                Ok((format!("f{}.svg", i + 1), picture))
+            })
+            .collect();
     };
     let runs = recording.runs();
     let run = runs[runs.len() - 1].clone();
@@ -99,5 +107,6 @@ pub(super) fn plot(title: &str, recording: &Recording, answers: &Array2<f32>) ->
             y_range: Some((0.0, 1.0)),
         })
         .collect();
-    stacked_plot(title, "along the route (m)", &panels, Trace::Line)
+    let picture = stacked_plot(title, "along the route (m)", &panels, Trace::Line)?;
+    Ok(vec![("svg".into(), picture)])
 }
