@@ -142,10 +142,11 @@ fn every_example_runs() {
             Some(file) => {
                 eprintln!("SKIPPED: the example of `{name}` needs {file}, which isn't there yet")
             }
-            None => {
+            None if !ran.contains(&example) => {
                 run(name, example);
-                ran.push(name);
+                ran.push(example);
             }
+            None => {} // the demo's stands in two places
         }
     }
     assert!(ran.len() >= 3, "only the examples of {ran:?} could run");
