@@ -243,25 +243,6 @@ mod tests {
     use crate::geometry::Pose;
     use ndarray::array;
 
-    /// Many trials that ask for the logarithms at once, each of them a job of the same thread pool.
-    #[test]
-    fn asked_by_many_jobs_at_once_it_answers_all() {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(4)
-            .build()
-            .unwrap();
-        for round in 0..50 {
-            let map =
-                GridMap::new(Array2::from_elem((3000, 4), 0.01 * f64::from(round + 1))).unwrap();
-            let sums: Vec<f64> = pool.install(|| {
-                (0..64)
-                    .into_par_iter()
-                    .map(|_| map.cross_entropy(&[1.0, 0.0, 0.5, 1.0])[17])
-                    .collect()
-            });
-            assert!(sums.iter().all(|s| *s == sums[0]));
-        }
-    }
     use std::f64::consts::PI;
 
     fn config(k: usize, unmodelled_probability: f64) -> MapConfig {

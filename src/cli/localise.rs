@@ -63,6 +63,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     config.seed = arguments.seed.unwrap_or(config.seed);
     config.evidence = arguments.evidence.unwrap_or(config.evidence);
     config.check()?;
+    if let Some(folder) = &arguments.out {
+        storage::make_folder(folder)?; // a wrong name fails now, not after the trials
+    }
     let model = Model::read(&arguments.model)?;
     let recording = npz::read(&arguments.dataset)?;
     let trained_on = arguments.trained_on.as_deref().map(npz::read).transpose()?;
@@ -90,7 +93,6 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     progress.done();
     let seconds = started.elapsed().as_secs_f64();
     if let Some(folder) = &arguments.out {
-        storage::make_folder(folder)?;
         write_report(folder, "Localisation on unseen runs", &record)?;
         let resolved = serde_json::json!({ "localise": config, "model": model.header });
         write_text(&folder.join("config.json"), &format!("{resolved:#}\n"))?;
