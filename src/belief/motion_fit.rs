@@ -45,7 +45,7 @@ impl OdometryMotion {
             let causes: f64 = of.iter().map(|m| cause(m)).sum();
             let ratio = of.iter().map(|m| error(m)).sum::<f64>() / causes;
             if of.len() >= ENOUGH && ratio.is_finite() {
-                Some(PESSIMISM * ratio.max(0.0))
+                Some(ratio.max(0.0))
             } else {
                 None
             }
@@ -54,26 +54,37 @@ impl OdometryMotion {
         let turn = |m: &Movement| m.turn_rad * m.turn_rad;
         let along = ratio(&straight, &|m| 0.5 * m.square_position_error_m2, &distance);
         let swerve = ratio(&straight, &|m| m.square_heading_error_rad2, &distance);
-        let along = along.unwrap_or(usual.translation_noise_from_translation);
-        let swerve = swerve.unwrap_or(usual.rotation_noise_from_translation);
-        let left_over =
-            |error: f64, explained: f64, m: &Movement| error - explained / PESSIMISM * distance(m);
+        // What driving explains already, as it was found, or else as it is usual.
+        let explained = |found: Option<f64>, usual: f64| found.unwrap_or(usual);
+        let by_way = explained(along, usual.translation_noise_from_translation);
+        let by_swerve = explained(swerve, usual.rotation_noise_from_translation);
+        let left_over = |error: f64, explained: f64, m: &Movement| error - explained * distance(m);
         let sideways = ratio(
             &turning,
-            &|m| left_over(0.5 * m.square_position_error_m2, along, m),
+            &|m| left_over(0.5 * m.square_position_error_m2, by_way, m),
             &turn,
         );
         let twist = ratio(
             &turning,
-            &|m| left_over(m.square_heading_error_rad2, swerve, m),
+            &|m| left_over(m.square_heading_error_rad2, by_swerve, m),
             &turn,
         );
+        let pessimistic =
+            |found: Option<f64>, usual: f64| found.map_or(usual, |ratio| PESSIMISM * ratio);
         Self {
-            rotation_noise_from_rotation: twist.unwrap_or(usual.rotation_noise_from_rotation),
-            rotation_noise_from_translation: swerve,
-            translation_noise_from_translation: along,
-            translation_noise_from_rotation: sideways
-                .unwrap_or(usual.translation_noise_from_rotation),
+            rotation_noise_from_rotation: pessimistic(twist, usual.rotation_noise_from_rotation),
+            rotation_noise_from_translation: pessimistic(
+                swerve,
+                usual.rotation_noise_from_translation,
+            ),
+            translation_noise_from_translation: pessimistic(
+                along,
+                usual.translation_noise_from_translation,
+            ),
+            translation_noise_from_rotation: pessimistic(
+                sideways,
+                usual.translation_noise_from_rotation,
+            ),
             ..usual
         }
     }

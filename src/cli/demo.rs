@@ -2,7 +2,7 @@
 
 use super::{
     Outcome, features,
-    localise::{write_report, write_text},
+    localise::{self, write_config, write_report, write_text},
     print,
     progress::Progress,
     train, warn,
@@ -43,6 +43,9 @@ pub struct Arguments {
     /// A few runs, steps and trials only: does it work here? The figures mean little.
     #[arg(long)]
     toy: bool,
+    /// One JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
 }
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
@@ -89,12 +92,18 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     }
     if let Some(record) = &record {
         write_report(folder, "Simulated corridor", record)?;
-        print(&format!(
+        let words = format!(
             "{} runs along an 89 m corridor, {} snapshots of 24 sonars; every fourth run\nis kept for the trials.\n\n{}",
             recording.runs().len(),
             recording.len(),
             localisation::table(record).text()
-        ))?;
+        );
+        let json = || localise::json(record, started.elapsed().as_secs_f64());
+        print(&if arguments.json {
+            format!("{}\n", json()?)
+        } else {
+            words
+        })?;
     }
     warn(&format!(
         "dataset, models, tables and pictures are in {} ({:.0} s in all)",
@@ -144,6 +153,7 @@ fn localise(
         config.trials = 8;
         config.resamples = 100;
     }
+    write_config(&arguments.out, &config, model, recording)?;
     let mut progress = Progress::new("localising", if baselines { 5 } else { 2 });
     let mut played = 0;
     let record = global::localise(model, &parts, &config, &mut |who| {

@@ -3,10 +3,11 @@
 use super::{Outcome, localise::write_text, print};
 use crate::{
     detector::Detector,
-    error::Result,
+    error::{Error, Result},
     model::Model,
     recording::{Recording, npz},
     report::{Curve, Panel, Trace, scatter_plot, stacked_plot},
+    storage,
 };
 use ndarray::Array2;
 use std::{fmt::Write, path::PathBuf};
@@ -32,6 +33,17 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
+    if arguments
+        .output
+        .extension()
+        .is_some_and(|ending| ending == "svg")
+    {
+        return Err(Error::usage(format!(
+            "{}: the plots are named .svg; expected another ending for the table, such as .csv",
+            arguments.output.display()
+        )));
+    }
+    storage::check_target(&arguments.output)?;
     let model = Model::read(&arguments.model)?;
     let recording = npz::read(&arguments.dataset)?;
     let answers = model

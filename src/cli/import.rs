@@ -8,6 +8,7 @@ use crate::{
         log::{self, Format, Log, ReadOptions},
         npz,
     },
+    storage,
 };
 use ndarray::Axis;
 use serde_json::{Value, json};
@@ -79,8 +80,16 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         }),
         max_range_m: arguments.max_range,
     };
+    storage::check_target(&arguments.output)?; // a wrong name fails now, not after the reading
     let log = log::read(&arguments.log, &options)?;
-    npz::write(&arguments.output, &log.recording)?;
+    let named = |e: Error| {
+        if e.is_io() {
+            e
+        } else {
+            e.in_file(&arguments.log[0])
+        }
+    };
+    npz::write(&arguments.output, &log.recording).map_err(named)?;
     let account = &log.account;
     for (what, n) in account.warning_counts() {
         warn(&format!("warning: {n} × {what}"));

@@ -5,11 +5,11 @@ use crate::{
     belief::Evidence,
     error::{Error, Result},
     experiment::{
-        contenders::Parts,
-        global::{self, Record},
+        contenders::{Parts, odometry_is_the_truth},
+        global::{self, LocaliseConfig, Record},
     },
     model::Model,
-    recording::npz,
+    recording::{Recording, npz},
     report::localisation,
     storage,
 };
@@ -82,6 +82,11 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             "note: no baselines: they learn from the dataset that the model was trained on; name it with --trained-on",
         );
     }
+    if odometry_is_the_truth(&recording) {
+        warn(
+            "note: the dataset's odometry repeats its poses, so whatever odometry carries is flattered",
+        );
+    }
     let started = Instant::now();
     let mut progress = Progress::new("localising", if parts.school.is_some() { 5 } else { 2 });
     let mut played = 0;
@@ -94,8 +99,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let seconds = started.elapsed().as_secs_f64();
     if let Some(folder) = &arguments.out {
         write_report(folder, "Localisation on unseen runs", &record)?;
-        let resolved = serde_json::json!({ "localise": config, "model": model.header });
-        write_text(&folder.join("config.json"), &format!("{resolved:#}\n"))?;
+        write_config(folder, &config, &model, &recording)?;
     }
     if arguments.json {
         print(&format!("{}\n", json(&record, seconds)?))?;
@@ -126,12 +130,32 @@ pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Resul
     write_text(&folder.join("tracking_error.svg"), &known)
 }
 
+/// All that decided the result: configuration, motion model, model and data, and the version that computed it.
+pub(super) fn write_config(
+    folder: &Path,
+    config: &LocaliseConfig,
+    model: &Model,
+    dataset: &Recording,
+) -> Result<()> {
+    let resolved = serde_json::json!({
+        "crate_version": env!("CARGO_PKG_VERSION"),
+        "localise": config,
+        "motion": config.motion.as_ref().unwrap_or(&model.header.motion),
+        "dataset_sha256": dataset.columns().dataset_sha256,
+        "model": model.header,
+    });
+    write_text(
+        &folder.join(format!("config-{}.json", model.header.prior)),
+        &format!("{resolved:#}\n"),
+    )
+}
+
 pub(super) fn write_text(path: &Path, text: &str) -> Result<()> {
     storage::write_file(path, |out| out.write_all(text.as_bytes()))
 }
 
 /// The learned filters' figures at the top, each baseline's under its name.
-fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
+pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
     let failed = |e: serde_json::Error| Error::work(format!("result: {e}"));
     let mut all = serde_json::json!({
         "trials": record.trials,

@@ -108,8 +108,9 @@ enum Kind {
     Values,
 }
 
-/// An input that never varies in training is divided by this instead of by 0.
-const SMALLEST_DEVIATION: f32 = 1e-3;
+/// An input whose deviation is less than this share of its mean never varied in training: it is divided by 1, not by a
+/// rounding error.
+const SMALLEST_VARIATION: f32 = 1e-6;
 
 impl Input {
     /// Fits the preprocessing to some snapshots of a recording.
@@ -142,7 +143,8 @@ impl Input {
         for column in pooled.columns() {
             let (mean, deviation) = mean_and_deviation(column);
             input.mean.push(mean);
-            input.deviation.push(deviation.max(SMALLEST_DEVIATION));
+            let varies = deviation > SMALLEST_VARIATION * mean.abs();
+            input.deviation.push(if varies { deviation } else { 1.0 });
         }
         Ok(input)
     }
@@ -268,13 +270,13 @@ impl ChannelInput {
                 .map_or(config.clip_m, |maximum| maximum.min(config.clip_m))
                 as f32;
             let sectors = config.sectors.min(channel.width);
-            // A sector of one or two beams has no middle apart from its ends.
-            let narrow = channel.width < 3 * sectors;
-            let sector_values = if narrow {
-                vec![SectorValue::Nearest]
+            // Where every sector has one beam only, all statistics of it are that beam.
+            let kept = if channel.width == sectors {
+                1
             } else {
-                config.sector_values.clone()
+                config.sector_values.len()
             };
+            let sector_values = config.sector_values[..kept].to_vec();
             Kind::Ranges {
                 clip,
                 sectors,

@@ -9,6 +9,7 @@ use crate::{
         random_projection::RandomProjection,
     },
     error::{Error, Result},
+    geometry::Pose,
     learning::{lesson::covered, trainer::Score},
     localiser::{SensorModel, features::FeatureModel, kernel::KernelModel},
     model::Model,
@@ -16,7 +17,7 @@ use crate::{
     seed::Seed,
 };
 use ndarray::{Array2, Axis};
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::HashSet};
 
 /// Bits of the wide random code: 8 bytes a place.
 const WIDE_BITS: usize = 64;
@@ -66,6 +67,7 @@ impl<'a> Parts<'a> {
             None if is_school(run) => Some(Cow::Borrowed(run)),
             None => None,
         };
+        refuse_the_way_back(run)?;
         let school = school
             .map(|recording| {
                 let split = model.header.recipe.split.split(&recording)?;
@@ -85,6 +87,9 @@ impl<'a> Parts<'a> {
             return Err(Error::work(
                 "the model's places and the dataset's differ: one lies along a route (array `route`), the other in the plane",
             ));
+        }
+        if school.as_ref().is_none_or(|_| !is_school(run)) {
+            refuse_the_familiar(model, run)?;
         }
         let (unseen, unseen_is_validation) = match &school {
             Some((school, test)) if is_school(run) && test.is_empty() => {
@@ -111,6 +116,71 @@ impl<'a> Parts<'a> {
     pub fn covered(&self, model: &Model) -> Vec<usize> {
         covered(&self.places, &self.unseen, &model.places())
     }
+}
+
+/// A recording under another name or checksum may still hold what the model learned from: the same poses to the last bit.
+fn refuse_the_familiar(model: &Model, run: &Recording) -> Result<()> {
+    let bits = |p: &Pose| [p.x_m.to_bits(), p.y_m.to_bits(), p.heading_rad.to_bits()];
+    let learned: HashSet<[u64; 3]> = model.pose.iter().map(bits).collect();
+    let known = run
+        .poses()
+        .iter()
+        .filter(|p| learned.contains(&bits(p)))
+        .count();
+    // One or two may be chance: runs like to begin at (0, 0, 0).
+    if known > 2 && known * 20 > run.len() {
+        return Err(Error::work(format!(
+            "{known} of {} snapshots are at the very places that the model learned from: it is the same recording, \
+             made anew; expected an unseen one, or the very dataset file that the model was trained on",
+            run.len()
+        )));
+    }
+    Ok(())
+}
+
+/// A belief along a route knows no heading, so odometry can only carry it forwards.
+fn refuse_the_way_back(run: &Recording) -> Result<()> {
+    let Some(route) = run.route_m() else {
+        return Ok(());
+    };
+    let (mut forwards, mut backwards) = (0.0, 0.0);
+    for range in run.runs() {
+        for k in range.start + 1..range.end {
+            let step = route[k] - route[k - 1];
+            if step < 0.0 {
+                backwards -= step
+            } else {
+                forwards += step
+            }
+        }
+    }
+    if backwards > 0.1 * (forwards + backwards) {
+        return Err(Error::work(
+            "array `route`: it is driven backwards, too; a belief along a route knows one direction only: leave `route` \
+             out (training and localising then go by the poses in the plane), or localise in runs of one direction",
+        ));
+    }
+    Ok(())
+}
+
+/// Does odometry say just what the true poses say? Then whatever it carries is flattered.
+pub fn odometry_is_the_truth(recording: &Recording) -> bool {
+    let poses = recording.poses();
+    recording.runs().into_iter().all(|run| {
+        (run.start + 1..run.end).all(|k| {
+            let (a, b) = (
+                recording.observation(k - 1).odometry,
+                recording.observation(k).odometry,
+            );
+            let (said, was) = (
+                a.displacement_to(&b),
+                poses[k - 1].displacement_to(&poses[k]),
+            );
+            (said.forward_m - was.forward_m).abs() < 1e-9
+                && (said.left_m - was.left_m).abs() < 1e-9
+                && (said.turn_rad - was.turn_rad).abs() < 1e-9
+        })
+    })
 }
 
 /// Someone who can be asked where the robot is.

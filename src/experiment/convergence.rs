@@ -31,8 +31,8 @@ pub struct Row {
     pub expected_error_m: f64,
     /// Mean point error over them.
     pub point_error_m: f64,
-    /// 95 % interval of the mean expected error, by bootstrap over stretches.
-    pub ci95_m: [f64; 2],
+    /// 95 % interval of the mean expected error, by bootstrap over runs or stretches; none where only one goes this far.
+    pub ci95_m: Option<[f64; 2]>,
     /// Number of trials that go this far.
     pub trials: usize,
 }
@@ -68,6 +68,8 @@ pub fn median_distance_m(converged: &[Option<f64>]) -> Option<f64> {
     let median = match n {
         0 => return None,
         _ if n % 2 == 1 => sorted[middle],
+        // Exactly half of them converge: the farthest of these is where half are found.
+        _ if sorted[middle].is_infinite() => sorted[middle - 1],
         _ => 0.5 * (sorted[middle - 1] + sorted[middle]),
     };
     median.is_finite().then_some(median)
@@ -86,12 +88,12 @@ pub fn error_curve(
         .filter_map(|t| t.travelled_m.last())
         .copied()
         .fold(0.0, f64::max);
-    let mut random = seed.stream("bootstrap over stretches");
+    let mut random = seed.stream("bootstrap");
     let mut rows = Vec::new();
     for step in 0..=(longest / spacing_m + 1e-9) as usize {
         let distance_m = step as f64 * spacing_m;
-        // Errors of the trials that go this far, by stretch.
-        let mut stretches: BTreeMap<usize, (f64, f64, usize)> = BTreeMap::new();
+        // Errors of the trials that go this far, by what is resampled.
+        let mut units: BTreeMap<usize, (f64, f64, usize)> = BTreeMap::new();
         for (trial, answers) in trials.iter().zip(answers) {
             let reached = trial
                 .travelled_m
@@ -103,13 +105,13 @@ pub fn error_curve(
                     .partition_point(|d| *d <= distance_m + 1e-9)
                     .max(1)
                     - 1;
-                let sums = stretches.entry(trial.stretch).or_default();
+                let sums = units.entry(trial.unit).or_default();
                 sums.0 += answers.expected_error_m[latest];
                 sums.1 += answers.point_error_m[latest];
                 sums.2 += 1;
             }
         }
-        let sums: Vec<(f64, f64, usize)> = stretches.into_values().collect();
+        let sums: Vec<(f64, f64, usize)> = units.into_values().collect();
         let count: usize = sums.iter().map(|s| s.2).sum();
         if count == 0 {
             break;
@@ -132,10 +134,10 @@ pub fn error_curve(
             distance_m,
             expected_error_m: mean,
             point_error_m: sums.iter().map(|s| s.1).sum::<f64>() / count as f64,
-            ci95_m: [
-                quantile(0.025).unwrap_or(mean),
-                quantile(0.975).unwrap_or(mean),
-            ],
+            ci95_m: quantile(0.025)
+                .zip(quantile(0.975))
+                .filter(|_| sums.len() > 1)
+                .map(|(low, high)| [low, high]),
             trials: count,
         });
     }
@@ -157,6 +159,7 @@ mod tests {
     fn trial(stretch: usize, steps: usize) -> Trial {
         Trial {
             stretch,
+            unit: stretch,
             snapshots: (0..steps).collect(),
             travelled_m: (0..steps).map(|i| i as f64 * 0.5).collect(),
         }
@@ -197,7 +200,8 @@ mod tests {
     fn trials_that_never_converge_count_in_the_median() {
         assert_eq!(median_distance_m(&[Some(2.0), None, Some(4.0)]), Some(4.0));
         assert_eq!(median_distance_m(&[Some(2.0), None, None]), None);
-        assert_eq!(median_distance_m(&[Some(2.0), None]), None);
+        assert_eq!(median_distance_m(&[Some(2.0), None]), Some(2.0));
+        assert_eq!(median_distance_m(&[Some(2.0), None, None, None]), None);
         assert_eq!(median_distance_m(&[Some(2.0), Some(3.0)]), Some(2.5));
         assert_eq!(median_distance_m(&[]), None);
     }
@@ -214,7 +218,8 @@ mod tests {
         );
         let means: Vec<f64> = curve.iter().map(|row| row.expected_error_m).collect();
         assert_eq!(means, [6.0, 3.0, 1.0]);
-        assert_eq!(curve[0].ci95_m, [4.0, 8.0]); // two stretches: the bootstrap sees one alone often enough
+        assert_eq!(curve[0].ci95_m, Some([4.0, 8.0]));
+        assert_eq!(curve[2].ci95_m, None); // two stretches: the bootstrap sees one alone often enough
         assert_eq!((curve[1].trials, curve[2].trials), (2, 1));
         assert_eq!(mean_below_1m_at_m(&curve), None);
     }

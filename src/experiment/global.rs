@@ -80,8 +80,17 @@ impl LocaliseConfig {
         if self.trials == 0 || self.resamples == 0 {
             return wrong("trials, localise.resamples", "at least 1 of each");
         }
-        if !positive(self.spacing_m) {
-            return wrong("spacing_m", "a positive number of metres");
+        if self.trials > 100_000 || self.resamples > 1_000_000 {
+            return wrong(
+                "trials, localise.resamples",
+                "at most 100,000 and 1,000,000",
+            );
+        }
+        if !(self.spacing_m >= 0.01 && self.spacing_m <= self.shortest_m) {
+            return wrong(
+                "spacing_m",
+                "at least 0.01 m and at most localise.shortest_m",
+            );
         }
         if !positive(self.shortest_m)
             || !positive(self.longest_m)
@@ -167,7 +176,7 @@ pub struct Record {
     pub standings: Vec<Standing>,
 }
 
-/// Plays all trials with all contenders. `progress` is told each time a contender has played.
+/// Plays all trials with all contenders. `progress` is told who plays next.
 ///
 /// # Errors
 /// Where the unseen part allows no trial, or the run lacks the model's sensors.

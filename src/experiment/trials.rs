@@ -13,6 +13,8 @@ use std::ops::Range;
 pub struct Trial {
     /// Stretch of unseen snapshots that it runs in; trials of one stretch are no independent evidence.
     pub stretch: usize,
+    /// What an interval resamples: the run, where the trials come from several, else the stretch.
+    pub unit: usize,
     /// Indices in the recording.
     pub snapshots: Vec<usize>,
     /// Metres travelled from the start, one a snapshot.
@@ -92,6 +94,11 @@ pub fn draw(
             drawing.shortest_m
         )));
     }
+    let runs = recording.runs();
+    let run_of = |k: usize| runs.partition_point(|run| run.end <= k);
+    let several_runs = starts
+        .iter()
+        .any(|&(_, k)| run_of(k) != run_of(starts[0].1));
     let mut random = seed.stream("trial starts");
     let mut drawn: Vec<(usize, usize)> = (0..drawing.count)
         .map(|_| starts[random.random_range(0..starts.len())])
@@ -102,6 +109,7 @@ pub fn draw(
         .map(|(stretch, start)| {
             let mut trial = Trial {
                 stretch,
+                unit: if several_runs { run_of(start) } else { stretch },
                 snapshots: vec![start],
                 travelled_m: vec![0.0],
             };

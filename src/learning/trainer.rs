@@ -74,7 +74,7 @@ pub struct Trained {
 
 /// Trains a recipe on a lesson.
 ///
-/// A checkpoint is kept at `checkpoint` where given; with `resume`, training goes on from it, and ends in the same bits
+/// A checkpoint is kept at `checkpoint` where given, in place of whatever stood there; with `resume`, training goes on from it, and ends in the same bits
 /// as if it had never stopped. It starts afresh where there is no checkpoint yet.
 ///
 /// # Errors
@@ -90,6 +90,10 @@ pub fn train(
     let mut trainer = Trainer::new(recipe, lesson);
     if let Some(path) = checkpoint.filter(|path| resume && path.exists()) {
         trainer.now = checkpoint::read(path, identity, recipe, &trainer.now.nets)?;
+    }
+    if let Some(path) = checkpoint.filter(|path| !resume && path.exists()) {
+        // Another training's, or an older one's: it must not be taken up after this one is stopped.
+        std::fs::remove_file(path).map_err(|e| Error::io("cannot replace", path, e))?;
     }
     let stopped_by = loop {
         let step = trainer.steps();

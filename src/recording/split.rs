@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 /// How to split, as it stands in a configuration.
 ///
 /// Units are numbered from 0 in the order of the recording. Unit u is tested on where u mod `folds` = `test_fold`. Of the
-/// others, counted on their own from 0, the last of every `validation_every` is for validation.
+/// others, counted on their own from 0, the last of every `validation_every` is for validation. Where the stretches of a
+/// run would come to be dealt just as those of the run before, one number is left out between them.
 ///
 /// ```
 /// let config: ballmark::recording::split::SplitConfig =
@@ -172,12 +173,28 @@ impl SplitConfig {
     pub fn split(&self, recording: &Recording) -> Result<Split> {
         self.check()?;
         let mut split = Split::default();
-        let mut rest = 0;
         let stretch_m = self.stretch_m(recording);
         let units = units(recording, stretch_m);
         let count = units.len();
-        for (number, unit) in units.into_iter().enumerate() {
-            let part = if self.test_fold == Some(number % self.folds) {
+        let mut starts = recording
+            .runs()
+            .into_iter()
+            .map(|run| run.start)
+            .skip(1)
+            .peekable();
+        let (mut number, mut rest) = (0, 0);
+        let (mut run_number, mut run_rest) = (0, 0); // at the start of the run
+        for unit in units {
+            if starts.next_if_eq(&unit.start).is_some() && stretch_m.is_some() {
+                // Runs of the same length would all give the same piece of the building away, and nobody would learn
+                // it: such a run is dealt to from the next fold on.
+                number += usize::from((number - run_number) % self.folds == 0);
+                rest += usize::from((rest - run_rest) % self.validation_every.max(1) == 0);
+                (run_number, run_rest) = (number, rest);
+            }
+            let fold = number % self.folds;
+            number += 1;
+            let part = if self.test_fold == Some(fold) {
                 &mut split.test
             } else {
                 rest += 1;
@@ -384,6 +401,38 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn runs_of_equal_length_do_not_all_lose_the_same_piece() {
+        let one = recording(3, 80, 1).into_columns();
+        let four: Vec<usize> = (0..4).flat_map(|_| 0..80).collect();
+        let mut columns = Recording::new(one)
+            .unwrap()
+            .select(&four)
+            .unwrap()
+            .into_columns();
+        columns.run = (0..320).map(|k| k / 80).collect();
+        let four_runs = Recording::new(columns).unwrap();
+        let config = SplitConfig {
+            unit: Unit::Stretch(5.0),
+            folds: 4,
+            test_fold: Some(3),
+            validation_every: 3,
+        };
+        let split = config.split(&four_runs).unwrap();
+        let pieces = |part: &[usize]| {
+            part.iter()
+                .map(|k| k % 80)
+                .collect::<std::collections::BTreeSet<_>>()
+                .len()
+        };
+        assert_eq!(
+            pieces(&split.train),
+            80,
+            "every place is learned from in some run"
+        );
+        assert!(pieces(&split.test) > 70 && pieces(&split.validation) > 40);
     }
 
     #[test]

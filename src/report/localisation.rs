@@ -57,7 +57,7 @@ pub fn table(record: &Record) -> Table {
     ));
     for line in [
         "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  after m = median metres until then (–: fewer than half)",
-        "<1m at = metres after which the mean expected error is under 1 m;\n  at 10m = that error, in metres, after 10 m of travel",
+        "<1m at = metres after which the mean expected error first falls under 1 m;\n  at 10m = that mean, in metres, over the trials that go 10 m",
         "tracked = the same from a known start (–: no trial is that long)",
     ] {
         table.caption(line);
@@ -105,8 +105,8 @@ pub fn curves(record: &Record) -> Table {
                     Cell::Number(row.distance_m, 2),
                     Cell::Number(row.expected_error_m, 4),
                     Cell::Number(row.point_error_m, 4),
-                    Cell::Number(row.ci95_m[0], 4),
-                    Cell::Number(row.ci95_m[1], 4),
+                    Cell::number(row.ci95_m.map(|ci| ci[0]), 4),
+                    Cell::number(row.ci95_m.map(|ci| ci[1]), 4),
                     Cell::Count(row.trials as u64),
                 ]);
             }
@@ -132,8 +132,12 @@ pub fn error_plot(title: &str, record: &Record, known_start: bool) -> Result<Str
             x: rows.iter().map(|row| row.distance_m).collect(),
             y: rows.iter().map(|row| row.expected_error_m).collect(),
             band: Some((
-                rows.iter().map(|row| row.ci95_m[0]).collect(),
-                rows.iter().map(|row| row.ci95_m[1]).collect(),
+                rows.iter()
+                    .map(|row| row.ci95_m.map_or(f64::NAN, |ci| ci[0]))
+                    .collect(),
+                rows.iter()
+                    .map(|row| row.ci95_m.map_or(f64::NAN, |ci| ci[1]))
+                    .collect(),
             )),
         }
     };

@@ -94,7 +94,7 @@ fn every_contender_is_in_the_table_and_in_the_json() {
         );
     }
     let files = [
-        "config.json",
+        "config-2m.json",
         "error_by_distance.csv",
         "error_by_distance.svg",
         "localisation.csv",
@@ -262,4 +262,149 @@ fn the_demo_goes_all_the_way() {
     place
         .ballmark(&["demo", "--toy", "--out", "file/here"])
         .refused(1, &["file/here", "cannot make the folder"]);
+}
+
+/// Runs of 30 m on a straight line, a light that tells places apart, one run a direction if asked.
+fn corridor_csv(both_ways: bool, odometry: bool) -> String {
+    let mut text = String::from("time_s,x_m,y_m,heading_rad,route_m,run,light.0,light.1");
+    text += if odometry {
+        ",odometry_x_m,odometry_y_m,odometry_heading_rad\n"
+    } else {
+        "\n"
+    };
+    for run in 0..8 {
+        for k in 0..60 {
+            let back = both_ways && run % 2 == 1;
+            let way = f64::from(k) * 0.5;
+            let x = if back { 30.0 - way } else { way } + 0.001 * f64::from(run);
+            let heading = if back { std::f64::consts::PI } else { 0.0 };
+            let (a, b) = ((x * 0.4).sin(), (x * 0.13).cos());
+            text += &format!("{},{x},0,{heading},{x},{run},{a},{b}", run * 60 + k);
+            text += &if odometry {
+                format!(",{},0,0\n", way * 1.01)
+            } else {
+                "\n".to_string()
+            };
+        }
+    }
+    text
+}
+
+#[test]
+fn a_route_that_is_driven_both_ways_is_refused() {
+    let place = Workplace::new();
+    place.write("both.csv", corridor_csv(true, true));
+    place
+        .ballmark(&["import", "both.csv", "-o", "both.npz"])
+        .done();
+    let train = [
+        "train",
+        "both.npz",
+        "-o",
+        "m.safetensors",
+        "--steps",
+        "5",
+        "--test-fold",
+        "3",
+    ];
+    place.ballmark(&train).done();
+    place
+        .ballmark(&["localise", "m.safetensors", "both.npz"])
+        .refused(1, &["both.npz", "`route`", "backwards"]);
+}
+
+#[test]
+fn the_same_recording_made_anew_is_no_unseen_one() {
+    let place = Workplace::new();
+    place.write("walk.csv", corridor_csv(false, true));
+    place.write("again.csv", corridor_csv(false, true) + "\n");
+    for name in ["walk", "again"] {
+        place
+            .ballmark(&[
+                "import",
+                &format!("{name}.csv"),
+                "-o",
+                &format!("{name}.npz"),
+            ])
+            .done();
+    }
+    let train = [
+        "train",
+        "walk.npz",
+        "-o",
+        "m.safetensors",
+        "--steps",
+        "5",
+        "--test-fold",
+        "3",
+    ];
+    place.ballmark(&train).done();
+    place
+        .ballmark(&["localise", "m.safetensors", "again.npz"])
+        .refused(1, &["again.npz", "the same recording"]);
+    let own = place.ballmark(&["localise", "m.safetensors", "walk.npz", "--trials", "4"]);
+    assert!(
+        !own.done().stderr.contains("repeats its poses"),
+        "{}",
+        own.stderr
+    );
+}
+
+#[test]
+fn odometry_that_repeats_the_truth_is_told() {
+    let place = Workplace::new();
+    place.write("walk.csv", corridor_csv(false, false));
+    place
+        .ballmark(&["import", "walk.csv", "-o", "walk.npz"])
+        .done();
+    let train = [
+        "train",
+        "walk.npz",
+        "-o",
+        "m.safetensors",
+        "--steps",
+        "5",
+        "--test-fold",
+        "3",
+    ];
+    place.ballmark(&train).done();
+    let answer = place.ballmark(&["localise", "m.safetensors", "walk.npz", "--trials", "4"]);
+    assert!(
+        answer.done().stderr.contains("odometry repeats its poses"),
+        "{}",
+        answer.stderr
+    );
+}
+
+#[test]
+fn a_table_is_not_written_over_by_its_own_plot() {
+    let place = Workplace::new();
+    let (model, data) = (
+        shipped("models/corridor-2m.safetensors"),
+        shipped("datasets/corridor-small.npz"),
+    );
+    place
+        .ballmark(&["features", &model, &data, "-o", "f.svg"])
+        .refused(2, &["f.svg", ".csv"]);
+    assert!(place.files().is_empty());
+}
+
+#[test]
+fn endless_settings_are_refused() {
+    let place = Workplace::new();
+    let (model, data) = (
+        shipped("models/corridor-2m.safetensors"),
+        shipped("datasets/corridor-small.npz"),
+    );
+    for (key, value) in [
+        ("spacing_m", "1e-9"),
+        ("spacing_m", "100.0"),
+        ("trials", "1000000000"),
+        ("shortest_m", "-1.0"),
+    ] {
+        place.write("c.toml", format!("[localise]\n{key} = {value}\n"));
+        place
+            .ballmark(&["localise", &model, &data, "--config", "c.toml"])
+            .refused(2, &["localise.", "expected"]);
+    }
 }
