@@ -13,7 +13,7 @@ pub trait Detector: Send + Sync {
     /// Number n of features.
     fn features(&self) -> usize;
 
-    /// P(f_i = 1 | s) of every snapshot of a recording, in (0, 1), `[snapshot, feature]`.
+    /// P(f_i = 1 | s) of every snapshot of a recording, in [0, 1] (a sigmoid in f32 reaches its ends), `[snapshot, feature]`.
     ///
     /// # Errors
     /// Where the recording lacks the sensors that the detector works from; the message names them.

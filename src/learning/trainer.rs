@@ -254,10 +254,10 @@ impl<'a> Trainer<'a> {
             None => &self.now.nets,
         };
         let activation = nets.forward(self.inputs.clone());
-        let (train, _) = self.lesson.objective(
-            to_f64(activation.clone())?.view(),
-            self.recipe.descent.map_in_objective,
-        )?;
+        // Judged with the map, whatever was trained on: so scores of different recipes can be compared.
+        let (train, _) = self
+            .lesson
+            .objective(to_f64(activation.clone())?.view(), true)?;
         let counted = self
             .lesson
             .exam

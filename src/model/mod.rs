@@ -65,7 +65,7 @@ pub struct Header {
 /// Expected errors of a model on the parts of the recording it was trained on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
-    /// On the training part, with the map that localisation uses where the recipe has it in the objective.
+    /// On the training part, with the map that localisation uses.
     pub train: Score,
     /// On the validation part; none where no validation snapshot lies at a place seen in training.
     pub validation: Option<Score>,
