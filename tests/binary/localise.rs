@@ -290,6 +290,12 @@ fn corridor_csv(both_ways: bool, odometry: bool) -> String {
     text
 }
 
+/// A few steps of training on a dataset of the place, a quarter of it kept for testing: `m.safetensors`.
+fn learned(place: &Workplace, dataset: &str) {
+    let call = format!("train {dataset} -o m.safetensors --steps 5 --test-fold 3");
+    place.ballmark(&call.split(' ').collect::<Vec<_>>()).done();
+}
+
 #[test]
 fn a_route_that_is_driven_both_ways_is_refused() {
     let place = Workplace::new();
@@ -297,17 +303,7 @@ fn a_route_that_is_driven_both_ways_is_refused() {
     place
         .ballmark(&["import", "both.csv", "-o", "both.npz"])
         .done();
-    let train = [
-        "train",
-        "both.npz",
-        "-o",
-        "m.safetensors",
-        "--steps",
-        "5",
-        "--test-fold",
-        "3",
-    ];
-    place.ballmark(&train).done();
+    learned(&place, "both.npz");
     place
         .ballmark(&["localise", "m.safetensors", "both.npz"])
         .refused(1, &["both.npz", "`route`", "backwards"]);
@@ -328,17 +324,7 @@ fn the_same_recording_made_anew_is_no_unseen_one() {
             ])
             .done();
     }
-    let train = [
-        "train",
-        "walk.npz",
-        "-o",
-        "m.safetensors",
-        "--steps",
-        "5",
-        "--test-fold",
-        "3",
-    ];
-    place.ballmark(&train).done();
+    learned(&place, "walk.npz");
     place
         .ballmark(&["localise", "m.safetensors", "again.npz"])
         .refused(1, &["again.npz", "the same recording"]);
@@ -357,17 +343,7 @@ fn odometry_that_repeats_the_truth_is_told() {
     place
         .ballmark(&["import", "walk.csv", "-o", "walk.npz"])
         .done();
-    let train = [
-        "train",
-        "walk.npz",
-        "-o",
-        "m.safetensors",
-        "--steps",
-        "5",
-        "--test-fold",
-        "3",
-    ];
-    place.ballmark(&train).done();
+    learned(&place, "walk.npz");
     let answer = place.ballmark(&["localise", "m.safetensors", "walk.npz", "--trials", "4"]);
     assert!(
         answer.done().stderr.contains("odometry repeats its poses"),
