@@ -223,12 +223,16 @@ impl<'a> Trainer<'a> {
             return Ok(self.inputs.clone());
         }
         let mut random = Seed(self.recipe.seed).numbered_stream("input noise", self.steps() as u64);
-        let first = random.random_range(0..self.noise.len());
-        let noise = self.noise.iter().cycle().skip(first);
-        let inputs = self.lesson.inputs.iter().zip(noise);
-        let noisy: Vec<f32> = inputs
-            .map(|(x, noise)| x + deviation as f32 * noise)
-            .collect();
+        let mut at = random.random_range(0..self.noise.len());
+        let mut noisy: Vec<f32> = self.lesson.inputs.iter().copied().collect();
+        let mut left = noisy.as_mut_slice();
+        while !left.is_empty() {
+            let (now, later) = left.split_at_mut(left.len().min(self.noise.len() - at));
+            for (x, noise) in now.iter_mut().zip(&self.noise[at..]) {
+                *x += deviation as f32 * noise;
+            }
+            (left, at) = (later, 0);
+        }
         let shape = [self.lesson.inputs.nrows(), self.lesson.inputs.ncols()];
         Ok(Tensor::from_data(
             TensorData::new(noisy, shape),
