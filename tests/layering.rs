@@ -131,7 +131,9 @@ fn main_violations(file: &str, text: &str) -> Vec<String> {
     let modules = declared_modules(&tokens(text)).into_iter();
     let modules = modules.map(|m| format!("{file}: declares `{m}`: main uses the library alone"));
     let names = named(file, text).into_iter();
-    let others = names.filter(|n| !["std", "ballmark"].contains(&n.path[0].as_str()));
+    // A program has one allocator, and only its main can choose it.
+    let allowed = ["std", "ballmark", "mimalloc"];
+    let others = names.filter(|n| !allowed.contains(&n.path[0].as_str()));
     let others = others.map(|n| {
         let (line, path) = (n.line, n.path.join("::"));
         format!("{file}:{line}: uses `{path}`: main uses the library alone")
