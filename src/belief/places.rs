@@ -58,6 +58,7 @@ impl Places {
         match (self, other) {
             (Places::Route(a), Places::Route(b)) => (a[truth] - b[other_index]).abs(),
             (Places::Plane(a), Places::Plane(b)) => a[truth].distance_m(&b[other_index]),
+            // No number would be right, and every way in (`Neighbours::find`, `Parts::new`) has refused it with an error.
             _ => panic!("a place along a route has no distance to a pose in the plane"),
         }
     }

@@ -190,3 +190,20 @@ fn the_number_of_threads_changes_no_bit() {
     };
     assert_eq!(in_pool(1), in_pool(4));
 }
+
+/// Stopped before its own first checkpoint, a training must not find another one's when it is taken up.
+#[test]
+fn an_old_checkpoint_does_not_outlive_a_fresh_start() {
+    let recipe = recipe();
+    let lesson = lesson(&recipe);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.checkpoint");
+    train(&recipe, &lesson, Some(&path), false, "old", &mut |_| ()).unwrap();
+    assert!(path.exists());
+    let mut short = recipe.clone();
+    short.descent.steps = 3;
+    train(&short, &lesson, Some(&path), false, "new", &mut |_| ()).unwrap();
+    let resumed = train(&recipe, &lesson, Some(&path), true, "new", &mut |_| ()).unwrap();
+    let whole = train(&recipe, &lesson, None, false, "new", &mut |_| ()).unwrap();
+    assert_eq!(resumed.weights, whole.weights);
+}
