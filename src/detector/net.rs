@@ -1,4 +1,7 @@
 //! The learned detector: n small networks, one a feature, as stochastic filters (Thrun 1998, 4.1–4.2, 5.1.4).
+//!
+//! Thrun's networks share nothing but their inputs. Wide codes of dozens of features may stand on a common *trunk* of
+//! layers instead, with a small network of its own for each feature on top.
 
 use super::{Detector, input::Input};
 use crate::{
@@ -15,10 +18,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NetConfig {
+    /// Units of every layer that all networks share; none: each network sees the inputs themselves.
+    pub trunk: Vec<usize>,
     /// Units of every hidden layer of every network; none: a single sigmoid unit a feature.
     pub hidden: Vec<usize>,
     /// What hidden units do with their sum.
     pub activation: Activation,
+    /// What output units multiply their sum by while they are trained: above 1, features start out decided, and stay
+    /// nearer to bits. Becomes part of the last layer's weights when training is over.
+    pub gain: f32,
 }
 
 /// Activation function of hidden units; outputs are always sigmoid, as probabilities must be.
@@ -34,11 +42,13 @@ pub enum Activation {
 }
 
 impl Default for NetConfig {
-    /// Six hidden sigmoid units (Thrun 1998, 5.1.4).
+    /// A trunk of two layers of rectified units, and on it one sigmoid unit a feature.
     fn default() -> Self {
         Self {
-            hidden: vec![6],
-            activation: Activation::Sigmoid,
+            trunk: vec![256, 128],
+            hidden: Vec::new(),
+            activation: Activation::Relu,
+            gain: 4.0,
         }
     }
 }
@@ -53,26 +63,49 @@ impl NetConfig {
     /// Where a layer has no units or too many, or there are too many layers.
     pub fn check(&self) -> Result<()> {
         let units = |&units: &usize| (1..=MOST_UNITS).contains(&units);
-        if let Some(wrong) = self.hidden.iter().find(|&n| !units(n)) {
-            return Err(Error::usage(format!(
-                "network.hidden: a layer of {wrong} units; expected 1 to {MOST_UNITS}"
-            )));
+        for (key, layers) in [("trunk", &self.trunk), ("hidden", &self.hidden)] {
+            if let Some(wrong) = layers.iter().find(|&n| !units(n)) {
+                return Err(Error::usage(format!(
+                    "network.{key}: a layer of {wrong} units; expected 1 to {MOST_UNITS}"
+                )));
+            }
+            if layers.len() > MOST_LAYERS {
+                return Err(Error::usage(format!(
+                    "network.{key}: {} layers; expected at most {MOST_LAYERS}",
+                    layers.len()
+                )));
+            }
         }
-        if self.hidden.len() > MOST_LAYERS {
+        if !(self.gain.is_finite() && self.gain > 0.0) {
             return Err(Error::usage(format!(
-                "network.hidden: {} layers; expected at most {MOST_LAYERS}",
-                self.hidden.len()
+                "network.gain = {}: expected a positive number",
+                self.gain
             )));
         }
         Ok(())
+    }
+
+    /// Shapes of all layers, `[networks, inputs, outputs]`: those of the trunk, with one network, come first.
+    pub fn shapes(&self, inputs: usize, features: usize) -> Vec<[usize; 3]> {
+        let mut shapes = Vec::new();
+        let mut width = inputs;
+        let shared = self.trunk.iter().map(|&units| (1, units));
+        let own = self.hidden.iter().chain(&[1]).map(|&units| (features, units));
+        for (networks, units) in shared.chain(own) {
+            shapes.push([networks, width, units]);
+            width = units;
+        }
+        shapes
     }
 }
 
 /// Weights of all networks as plain arrays: what a model file holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weights {
-    /// From inputs to outputs.
+    /// From inputs to outputs; those of the trunk have one network only.
     pub layers: Vec<Layer>,
+    /// How many of the layers, counted from the inputs, are the trunk.
+    pub trunk: usize,
     /// Of the hidden units.
     pub activation: Activation,
 }
@@ -89,29 +122,24 @@ pub struct Layer {
 impl Weights {
     /// Small random weights, uniform in ±1/√inputs of the layer, from a seeded stream; biases likewise.
     pub fn random(config: &NetConfig, inputs: usize, features: usize, random: &mut Stream) -> Self {
-        let mut widths = vec![inputs];
-        widths.extend(&config.hidden);
-        widths.push(1);
-        let layers = widths
-            .windows(2)
-            .map(|pair| {
-                let reach = 1.0 / (pair[0] as f32).sqrt();
-                let mut draw = || random.random_range(-reach..=reach);
-                Layer {
-                    weight: Array3::from_shape_simple_fn((features, pair[0], pair[1]), &mut draw),
-                    bias: Array2::from_shape_simple_fn((features, pair[1]), &mut draw),
-                }
-            })
-            .collect();
+        let mut layer = |[networks, inputs, outputs]: [usize; 3]| {
+            let reach = 1.0 / (inputs as f32).sqrt();
+            let mut draw = || random.random_range(-reach..=reach);
+            Layer {
+                weight: Array3::from_shape_simple_fn((networks, inputs, outputs), &mut draw),
+                bias: Array2::from_shape_simple_fn((networks, outputs), &mut draw),
+            }
+        };
         Self {
-            layers,
+            layers: config.shapes(inputs, features).into_iter().map(&mut layer).collect(),
+            trunk: config.trunk.len(),
             activation: config.activation,
         }
     }
 
     /// Number n of networks.
     pub fn features(&self) -> usize {
-        self.layers.first().map_or(0, |layer| layer.bias.nrows())
+        self.layers.last().map_or(0, |layer| layer.bias.nrows())
     }
 
     /// Number of inputs.
@@ -120,15 +148,20 @@ impl Weights {
     }
 }
 
-/// The networks as Burn tensors on a device: weights `[filter, input, output]`, biases `[filter, 1, output]`.
+/// The networks as Burn tensors on a device: weights `[filter, input, output]`, biases `[filter, 1, output]`; a layer of
+/// the trunk is a layer of one filter.
 #[derive(Debug, Clone)]
 pub struct Nets {
     /// One a layer.
     pub weight: Vec<Tensor<3>>,
     /// One a layer.
     pub bias: Vec<Tensor<3>>,
+    /// How many of the layers, counted from the inputs, are the trunk.
+    pub trunk: usize,
     /// Of the hidden units.
     pub activation: Activation,
+    /// What output units multiply their sum by.
+    pub gain: f32,
 }
 
 impl Nets {
@@ -152,11 +185,13 @@ impl Nets {
         Self {
             weight,
             bias,
+            trunk: weights.trunk,
             activation: weights.activation,
+            gain: 1.0,
         }
     }
 
-    /// Takes the weights back from the device.
+    /// Takes the weights back from the device, the gain as part of the last layer's.
     ///
     /// # Errors
     /// Where the device does not give its data back as f32.
@@ -169,32 +204,54 @@ impl Nets {
                 bias: array3([n, 1, outputs], values(bias.clone())?)?.remove_axis(ndarray::Axis(1)),
             });
         }
+        if let Some(last) = layers.last_mut() {
+            last.weight *= self.gain;
+            last.bias *= self.gain;
+        }
         Ok(Weights {
             layers,
+            trunk: self.trunk,
             activation: self.activation,
         })
     }
 
     /// g_i(s) of every snapshot: `[snapshot, input]` → `[snapshot, feature]`.
     pub fn forward(&self, input: Tensor<2>) -> Tensor<2> {
-        let [k, inputs] = input.dims();
-        let [n, _, first] = self.weight[0].dims();
-        // All first layers at once: [snapshot, input] × [input, filter·unit].
-        let stacked = self.weight[0]
-            .clone()
-            .permute([1, 0, 2])
-            .reshape([inputs, n * first]);
-        let sum = input.matmul(stacked) + self.bias[0].clone().reshape([1, n * first]);
-        let mut sum = sum.reshape([k, n, first]).permute([1, 0, 2]); // [filter, snapshot, unit]
-        for (weight, bias) in self.weight.iter().zip(&self.bias).skip(1) {
-            let hidden = match self.activation {
-                Activation::Sigmoid => activation::sigmoid(sum),
-                Activation::Tanh => activation::tanh(sum),
-                Activation::Relu => activation::relu(sum),
-            };
-            sum = hidden.matmul(weight.clone()) + bias.clone();
+        let mut input = input;
+        let (trunk, own) = self.weight.split_at(self.trunk);
+        let (trunk_bias, own_bias) = self.bias.split_at(self.trunk);
+        for (weight, bias) in trunk.iter().zip(trunk_bias) {
+            let sum = input.matmul(weight.clone().squeeze_dim(0)) + bias.clone().squeeze_dim(0);
+            input = self.activate(sum);
         }
-        activation::sigmoid(sum).permute([1, 0, 2]).reshape([k, n])
+        let [k, inputs] = input.dims();
+        let [n, _, first] = own[0].dims();
+        // All first layers at once: [snapshot, input] × [input, filter·unit].
+        let stacked = own[0].clone().permute([1, 0, 2]).reshape([inputs, n * first]);
+        let sum = input.matmul(stacked) + own_bias[0].clone().reshape([1, n * first]);
+        if own.len() == 1 {
+            return self.answer(sum); // one unit a feature
+        }
+        let mut sum = sum.reshape([k, n, first]).permute([1, 0, 2]); // [filter, snapshot, unit]
+        for (weight, bias) in own.iter().zip(own_bias).skip(1) {
+            sum = self.activate(sum).matmul(weight.clone()) + bias.clone();
+        }
+        self.answer(sum).permute([1, 0, 2]).reshape([k, n])
+    }
+
+    fn answer<const D: usize>(&self, sum: Tensor<D>) -> Tensor<D> {
+        if self.gain == 1.0 {
+            return activation::sigmoid(sum);
+        }
+        activation::sigmoid(sum.mul_scalar(self.gain))
+    }
+
+    fn activate<const D: usize>(&self, sum: Tensor<D>) -> Tensor<D> {
+        match self.activation {
+            Activation::Sigmoid => activation::sigmoid(sum),
+            Activation::Tanh => activation::tanh(sum),
+            Activation::Relu => activation::relu(sum),
+        }
     }
 }
 

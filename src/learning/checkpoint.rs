@@ -217,7 +217,9 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
         Ok(Nets {
             weight: each("weight", &like.weight)?,
             bias: each("bias", &like.bias)?,
+            trunk: like.trunk,
             activation: like.activation,
+            gain: like.gain,
         })
     };
     let mut descent = Descent::new(&recipe.descent);

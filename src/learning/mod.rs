@@ -2,6 +2,7 @@
 
 pub mod checkpoint;
 pub mod lesson;
+pub mod mean_field;
 pub mod objective;
 pub mod optimiser;
 pub mod prior_operator;

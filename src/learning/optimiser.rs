@@ -58,12 +58,13 @@ impl Descent {
         parameters: Vec<Tensor<3>>,
         gradients: Vec<Tensor<3>>,
     ) -> Vec<Tensor<3>> {
+        let rate = self.config.rate_at(self.steps);
         let mut memories = std::mem::take(&mut self.memory).into_iter();
         let mut moved = Vec::with_capacity(parameters.len());
         for (parameter, gradient) in parameters.into_iter().zip(gradients) {
-            let shrink = 1.0 - self.config.learning_rate * self.config.weight_decay;
+            let shrink = 1.0 - rate * self.config.weight_decay;
             let (next, memory) =
-                self.move_one(parameter.mul_scalar(shrink), gradient, memories.next());
+                self.move_one(parameter.mul_scalar(shrink), gradient, memories.next(), rate);
             moved.push(next);
             self.memory.push(memory);
         }
@@ -76,8 +77,8 @@ impl Descent {
         w: Tensor<3>,
         gradient: Tensor<3>,
         memory: Option<Memory>,
+        rate: f64,
     ) -> (Tensor<3>, Memory) {
-        let rate = self.config.learning_rate;
         match (self.config.optimiser, memory) {
             (Optimiser::Momentum, Some(Memory::Momentum { velocity })) => {
                 let velocity = velocity.mul_scalar(MOMENTUM) - gradient.mul_scalar(rate);

@@ -2,9 +2,12 @@
 
 use crate::{
     belief::{MapConfig, Uncertainty},
-    detector::{input::InputConfig, net::NetConfig},
+    detector::{
+        input::InputConfig,
+        net::{Activation, NetConfig},
+    },
     error::{Error, Result},
-    learning::objective::MOST_FEATURES,
+    learning::{mean_field, objective},
     recording::split::SplitConfig,
 };
 use serde::{Deserialize, Serialize};
@@ -25,6 +28,10 @@ pub struct Recipe {
     pub network: NetConfig,
     /// How their weights descend.
     pub descent: DescentConfig,
+    /// What happens to snapshots on the way.
+    pub augmentation: AugmentationConfig,
+    /// Which uncertainties are trained for besides the stated one.
+    pub priors: PriorMix,
     /// How P(f|ξ) is read off the training part.
     pub map: MapConfig,
     /// What training sees, what stops it, and what neither sees.
@@ -35,24 +42,128 @@ pub struct Recipe {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DescentConfig {
+    /// What is descended.
+    pub objective: Objective,
     /// Rule for a step.
     pub optimiser: Optimiser,
     /// Length of a step, on the objective divided by the prior error.
     pub learning_rate: f64,
+    /// How the length changes in the course of the steps.
+    pub schedule: Schedule,
     /// Share of its length that every weight loses a step, times the learning rate.
     pub weight_decay: f64,
-    /// Most steps; every step sees all training snapshots.
+    /// Longest gradient, over all parameters; a longer one is shortened to it. 0: any.
+    pub gradient_limit: f64,
+    /// Most steps.
     pub steps: usize,
+    /// Truths of a step, drawn anew for each; 0: all training snapshots at every step.
+    pub queries: usize,
+    /// Candidate places of a step, drawn anew for each; 0: all training snapshots.
+    pub places: usize,
     /// Steps between two looks at the validation part.
     pub validate_every: usize,
     /// Stop after this many steps without a better validation error.
     pub patience: usize,
     /// Steps between two checkpoints.
     pub checkpoint_every: usize,
-    /// Noise added to the normalised inputs in every step (standard deviation).
-    pub input_noise: f64,
     /// Smooth the features into a map inside the objective, as localisation will.
     pub map_in_objective: bool,
+    /// Draw the truths of a step from one run, and the candidates and their map from the others.
+    pub leave_run_out: bool,
+    /// Trainings, each from weights of its own; the one of the least validation error is kept.
+    pub restarts: usize,
+}
+
+/// The error that is descended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Objective {
+    /// Sums over all 2^n outcomes (Thrun 1998, eq. 42); for few features.
+    Exact,
+    /// The probabilities themselves as evidence; for any number of features.
+    MeanField,
+}
+
+/// How the length of a step changes in the course of a training.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Schedule {
+    /// It doesn't.
+    Constant,
+    /// Grows over the first steps, then falls along a half cosine to nearly nothing at the last.
+    Cosine,
+}
+
+/// Steps over which [`Schedule::Cosine`] grows.
+const WARM_UP: usize = 20;
+/// Share of the length that it keeps at its end.
+const COSINE_END: f64 = 0.02;
+
+impl DescentConfig {
+    /// Length of step number `step`, counted from 0.
+    pub fn rate_at(&self, step: usize) -> f64 {
+        let share = match self.schedule {
+            Schedule::Constant => 1.0,
+            Schedule::Cosine => {
+                let grown = ((step + 1) as f64 / WARM_UP as f64).min(1.0);
+                let through = std::f64::consts::PI * step as f64 / self.steps as f64;
+                grown * (0.5 + 0.5 * through.cos() + COSINE_END)
+            }
+        };
+        self.learning_rate * share
+    }
+}
+
+/// What training does to its snapshots, so that the features hold up on those it never saw. Truths of a step are moved,
+/// and blinded; noise comes on every input.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AugmentationConfig {
+    /// Noise added to the normalised inputs in every step (standard deviation).
+    pub input_noise: f64,
+    /// Range scans are rendered anew as seen from a pose so far to either side, ahead and behind (standard deviation, m).
+    pub shift_m: f64,
+    /// And turned by so much (standard deviation, rad).
+    pub turn_rad: f64,
+    /// Share of a range scan's beams that come back without return, in blocks as somebody in the way makes them.
+    pub dropped_beams: f64,
+}
+
+/// Which prior uncertainty a truth of a step has: the one stated, or one drawn for it. One set of features then serves
+/// many uncertainties, and learns from each.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PriorMix {
+    /// Share of the truths that have the stated uncertainty.
+    pub stated: f64,
+    /// Share of the others that may be anywhere.
+    pub global: f64,
+    /// What is left has a window of a half-width drawn log-uniformly from here …
+    pub narrowest_m: f64,
+    /// … to here.
+    pub widest_m: f64,
+}
+
+impl Default for PriorMix {
+    fn default() -> Self {
+        Self {
+            stated: 0.0,
+            global: 0.4,
+            narrowest_m: 1.0,
+            widest_m: 12.0,
+        }
+    }
+}
+
+impl Default for AugmentationConfig {
+    fn default() -> Self {
+        Self {
+            input_noise: 0.1,
+            shift_m: 0.3,
+            turn_rad: 0.2,
+            dropped_beams: 0.0,
+        }
+    }
 }
 
 /// A rule for taking a step down a gradient.
@@ -77,6 +188,8 @@ impl Default for Recipe {
             input: InputConfig::default(),
             network: NetConfig::default(),
             descent: DescentConfig::default(),
+            augmentation: AugmentationConfig::default(),
+            priors: PriorMix::default(),
             map: MapConfig::default(),
             split: SplitConfig::default(),
         }
@@ -86,20 +199,66 @@ impl Default for Recipe {
 impl Default for DescentConfig {
     fn default() -> Self {
         Self {
+            objective: Objective::MeanField,
             optimiser: Optimiser::Adam,
-            learning_rate: 0.03,
-            weight_decay: 0.01,
+            learning_rate: 0.003,
+            schedule: Schedule::Cosine,
+            weight_decay: 0.3,
+            gradient_limit: 1.0,
             steps: 2000,
-            validate_every: 10,
-            patience: 300,
+            queries: 192,
+            places: 500,
+            validate_every: 50,
+            patience: 2000,
             checkpoint_every: 100,
-            input_noise: 0.3,
             map_in_objective: true,
+            leave_run_out: false,
+            restarts: 1,
         }
     }
 }
 
 impl Recipe {
+    /// What `--recipe thrun1998` stands for: the networks and the descent of Thrun (1998), 5.1.4 and Table 2. Six hidden
+    /// sigmoid units a network, nothing shared; the printed objective (eq. 42) over all snapshots with the stated
+    /// uncertainty, no map in it; gradient descent of rate 1e-4 with momentum 0.9 and nothing else done to weights or
+    /// inputs.
+    pub fn thrun1998() -> Self {
+        Self {
+            network: NetConfig {
+                trunk: Vec::new(),
+                hidden: vec![6],
+                activation: Activation::Sigmoid,
+                gain: 1.0,
+            },
+            descent: DescentConfig {
+                objective: Objective::Exact,
+                optimiser: Optimiser::Momentum,
+                learning_rate: 1e-4,
+                schedule: Schedule::Constant,
+                weight_decay: 0.0,
+                gradient_limit: 0.0,
+                steps: 10_000,
+                queries: 0,
+                places: 0,
+                patience: 10_000,
+                map_in_objective: false,
+                ..DescentConfig::default()
+            },
+            augmentation: AugmentationConfig {
+                input_noise: 0.0,
+                shift_m: 0.0,
+                turn_rad: 0.0,
+                dropped_beams: 0.0,
+            },
+            priors: PriorMix {
+                stated: 1.0,
+                ..PriorMix::default()
+            },
+            ..Self::default()
+        }
+    }
+
     /// Checks everything once; what passes can be trained.
     ///
     /// # Errors
@@ -111,12 +270,12 @@ impl Recipe {
             )))
         };
         let d = &self.descent;
-        if self.features == 0 || self.features > MOST_FEATURES {
-            return wrong(
-                "features",
-                &self.features,
-                &format!("1 to {MOST_FEATURES} (2^n outcomes are summed exactly)"),
-            );
+        let (most, why) = match d.objective {
+            Objective::Exact => (objective::MOST_FEATURES, "2^n outcomes are summed exactly"),
+            Objective::MeanField => (mean_field::MOST_FEATURES, "the mean-field objective"),
+        };
+        if self.features == 0 || self.features > most {
+            return wrong("features", &self.features, &format!("1 to {most} ({why})"));
         }
         if !(d.learning_rate.is_finite() && d.learning_rate > 0.0) {
             return wrong(
@@ -132,14 +291,56 @@ impl Recipe {
                 "0 or more, and less than 1/learning_rate",
             );
         }
-        if !(d.input_noise.is_finite() && d.input_noise >= 0.0) {
-            return wrong("descent.input_noise", &d.input_noise, "0 or more");
+        let a = &self.augmentation;
+        let lengths = [
+            ("augmentation.input_noise", a.input_noise),
+            ("augmentation.shift_m", a.shift_m),
+            ("augmentation.turn_rad", a.turn_rad),
+            ("descent.gradient_limit", d.gradient_limit),
+        ];
+        let fits = |length: &f64| length.is_finite() && *length >= 0.0;
+        if let Some((key, value)) = lengths.into_iter().find(|(_, value)| !fits(value)) {
+            return wrong(key, &value, "0 or more");
+        }
+        let p = &self.priors;
+        let shares = [
+            ("augmentation.dropped_beams", a.dropped_beams),
+            ("priors.stated", p.stated),
+            ("priors.global", p.global),
+        ];
+        let fits = |share: &f64| (0.0..=1.0).contains(share);
+        if let Some((key, value)) = shares.into_iter().find(|(_, value)| !fits(value)) {
+            return wrong(key, &value, "0 to 1");
+        }
+        if !(p.narrowest_m > 0.0 && p.narrowest_m <= p.widest_m && p.widest_m.is_finite()) {
+            return wrong(
+                "priors.narrowest_m",
+                &p.narrowest_m,
+                "a positive number, no more than priors.widest_m",
+            );
+        }
+        if d.objective == Objective::Exact && p.stated < 1.0 {
+            return wrong(
+                "priors.stated",
+                &p.stated,
+                "1 with the exact objective, which knows one prior for all truths",
+            );
+        }
+        if d.queries == 0 && (d.places > 0 || d.leave_run_out || a.shift_m > 0.0 || a.turn_rad > 0.0 || a.dropped_beams > 0.0)
+        {
+            return wrong(
+                "descent.queries",
+                &d.queries,
+                "at least 1 where truths are moved or blinded or candidates drawn (descent.places, descent.leave_run_out, \
+                 augmentation.shift_m, .turn_rad, .dropped_beams)",
+            );
         }
         let counts = [
             ("descent.steps", d.steps),
             ("descent.validate_every", d.validate_every),
             ("descent.patience", d.patience),
             ("descent.checkpoint_every", d.checkpoint_every),
+            ("descent.restarts", d.restarts),
         ];
         if let Some((key, value)) = counts.into_iter().find(|(_, value)| *value == 0) {
             return wrong(key, &value, "at least 1");

@@ -13,11 +13,12 @@ use std::{collections::BTreeSet, path::Path};
 pub(super) fn arrays(model: &Model, path: &Path) -> Arrays {
     let mut arrays = Arrays::new(path);
     for (l, layer) in model.weights.layers.iter().enumerate() {
-        for i in 0..model.features() {
+        for i in 0..layer.bias.nrows() {
+            let name = layer_name(model.weights.trunk, l, i);
             // [in, out] here, [out, in] in the file, as every framework stores it
             let weight = layer.weight.index_axis(Axis(0), i).t().to_owned();
-            arrays.put_f32(&weight_name(i, l), weight.into_dyn());
-            arrays.put_f32(&bias_name(i, l), layer.bias.row(i).to_owned().into_dyn());
+            arrays.put_f32(&weight_of(&name), weight.into_dyn());
+            arrays.put_f32(&bias_of(&name), layer.bias.row(i).to_owned().into_dyn());
         }
     }
     let input = &model.header.input;
@@ -104,43 +105,75 @@ pub(super) fn model(path: &Path, meta: &str, arrays: &Arrays) -> Result<Model> {
     Ok(model)
 }
 
-fn weight_name(filter: usize, layer: usize) -> String {
-    format!("filter.{filter}.{layer}.weight")
+/// Name of layer `layer` of network `filter`, where the first `trunk` layers are shared: `filter.trunk.{layer}`, then
+/// `filter.{i}.{layer}`, each counted from 0.
+fn layer_name(trunk: usize, layer: usize, filter: usize) -> String {
+    match layer.checked_sub(trunk) {
+        None => format!("filter.trunk.{layer}"),
+        Some(own) => format!("filter.{filter}.{own}"),
+    }
 }
 
-fn bias_name(filter: usize, layer: usize) -> String {
-    format!("filter.{filter}.{layer}.bias")
+fn weight_of(layer: &str) -> String {
+    format!("{layer}.weight")
+}
+
+fn bias_of(layer: &str) -> String {
+    format!("{layer}.bias")
+}
+
+/// Names of all layers of the networks that a header tells.
+fn layer_names(header: &Header) -> BTreeSet<String> {
+    let recipe = &header.recipe;
+    let trunk = recipe.network.trunk.len();
+    let shapes = recipe.network.shapes(header.input.width(), recipe.features);
+    let of = |(l, [networks, _, _]): (usize, [usize; 3])| {
+        (0..networks).map(move |i| layer_name(trunk, l, i))
+    };
+    shapes.into_iter().enumerate().flat_map(of).collect()
 }
 
 /// Refuses, by name, networks of a layout that is not ours (convolutions, more filters or layers than the header tells,
 /// banks): to pass over their arrays would be to compute something else than what was trained.
 fn check_names(header: &Header, arrays: &Arrays) -> Result<()> {
-    let (filters, layers) = (
-        header.recipe.features,
-        header.recipe.network.hidden.len() + 1,
-    );
-    let names = |i| (0..layers).flat_map(move |l| [weight_name(i, l), bias_name(i, l)]);
-    let ours: BTreeSet<String> = (0..filters).flat_map(names).collect();
+    let names = layer_names(header);
+    let ours: BTreeSet<String> = names
+        .iter()
+        .flat_map(|layer| [weight_of(layer), bias_of(layer)])
+        .collect();
     let network = |name: &str| name.starts_with("filter.") || name.starts_with("set.");
     let mut found = arrays.all().map(|(name, _)| name);
     match found.find(|name| network(name) && !ours.contains(*name)) {
-        Some(name) => Err(arrays.wrong(
-            name,
-            format!("a layout that this version does not know; expected {filters} filters of {layers} dense layers"),
-        )),
+        Some(name) => {
+            let recipe = &header.recipe;
+            let trunk = match recipe.network.trunk.len() {
+                0 => String::new(),
+                shared => format!(" on a trunk of {shared}"),
+            };
+            Err(arrays.wrong(
+                name,
+                format!(
+                    "a layout that this version does not know; expected {} filters of {} dense layers{trunk}",
+                    recipe.features,
+                    recipe.network.hidden.len() + 1
+                ),
+            ))
+        }
         None => Ok(()),
     }
 }
 
 /// The networks, whose shapes must be those that the header's recipe tells.
 fn weights(header: &Header, arrays: &Arrays) -> Result<Weights> {
-    let filters = header.recipe.features;
+    let network = &header.recipe.network;
+    let trunk = network.trunk.len();
     let mut layers = Vec::new();
-    let mut inputs = header.input.width();
-    for (l, &outputs) in header.recipe.network.hidden.iter().chain(&[1]).enumerate() {
+    let shapes = network.shapes(header.input.width(), header.recipe.features);
+    for (l, [networks, inputs, outputs]) in shapes.into_iter().enumerate() {
         let (mut weight, mut bias) = (Vec::new(), Vec::new());
-        for i in 0..filters {
-            let name = weight_name(i, l);
+        for i in 0..networks {
+            let layer = layer_name(trunk, l, i);
+            let name = weight_of(&layer);
             let found = arrays.f32::<Ix2>(&name)?;
             if found.dim() != (outputs, inputs) {
                 return Err(arrays.wrong(
@@ -149,7 +182,7 @@ fn weights(header: &Header, arrays: &Arrays) -> Result<Weights> {
                 ));
             }
             weight.push(found);
-            let name = bias_name(i, l);
+            let name = bias_of(&layer);
             let found = arrays.f32::<Ix1>(&name)?;
             if found.len() != outputs {
                 return Err(arrays.wrong(
@@ -161,15 +194,15 @@ fn weights(header: &Header, arrays: &Arrays) -> Result<Weights> {
         }
         // Made only now: of this size are the arrays that were in the file.
         layers.push(Layer {
-            weight: Array3::from_shape_fn((filters, inputs, outputs), |(i, a, b)| {
+            weight: Array3::from_shape_fn((networks, inputs, outputs), |(i, a, b)| {
                 weight[i][[b, a]]
             }),
-            bias: Array2::from_shape_fn((filters, outputs), |(i, b)| bias[i][b]),
+            bias: Array2::from_shape_fn((networks, outputs), |(i, b)| bias[i][b]),
         });
-        inputs = outputs;
     }
     Ok(Weights {
         layers,
+        trunk,
         activation: header.activation,
     })
 }

@@ -5,7 +5,9 @@
 //!
 //! | array | shape | what |
 //! |---|---|---|
-//! | `filter.{i}.{layer}.weight` | `[out, in]` f32 | network of feature i, layers from input to output |
+//! | `filter.trunk.{layer}.weight` | `[out, in]` f32 | layers that all networks share, from the input; often none |
+//! | `filter.trunk.{layer}.bias` | `[out]` f32 | |
+//! | `filter.{i}.{layer}.weight` | `[out, in]` f32 | network of feature i, layers from trunk (or input) to output |
 //! | `filter.{i}.{layer}.bias` | `[out]` f32 | |
 //! | `input.mean`, `input.deviation` | `[inputs]` f32 | normalisation of the pooled values |
 //! | `map.pose` | `[K, 3]` f64 | training places: m, m, rad |
