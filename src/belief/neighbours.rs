@@ -137,7 +137,11 @@ impl Neighbours {
 }
 
 impl Nearness {
-    pub(super) fn check(&self, training: usize) -> Result<()> {
+    /// Do the numbers make sense, for so many training places?
+    ///
+    /// # Errors
+    /// Where `k` is 0 or there are fewer places, or a distance is no positive number.
+    pub fn check(&self, training: usize) -> Result<()> {
         if self.k == 0 {
             return Err(Error::usage("map: `k` is 0; expected 1 or more"));
         }

@@ -1,12 +1,15 @@
 //! Making detectors better: the objective, and descending it.
 
 pub mod checkpoint;
+pub mod draw;
 pub mod lesson;
 pub mod mean_field;
 pub mod objective;
 pub mod optimiser;
 pub mod prior_operator;
 pub mod recipe;
+pub mod smoothing;
+pub mod task;
 pub mod trainer;
 
 pub use recipe::Recipe;

@@ -2,6 +2,7 @@
 
 use super::{
     checkpoint::{self, Checkpoint},
+    draw::Draw,
     lesson::Lesson,
     objective::Evaluation,
     optimiser::Descent,
@@ -13,7 +14,7 @@ use crate::{
     seed::Seed,
 };
 use burn::tensor::{Device, Tensor, TensorData};
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, Axis};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
@@ -125,7 +126,7 @@ pub fn train(
 /// A training between two steps.
 pub struct Trainer<'a> {
     recipe: &'a Recipe,
-    lesson: &'a Lesson,
+    lesson: &'a Lesson<'a>,
     device: Device,
     /// The lesson's inputs on the device, `[snapshot, input]`.
     inputs: Tensor<2>,
@@ -140,7 +141,7 @@ const NOISE: usize = 1 << 20;
 
 impl<'a> Trainer<'a> {
     /// Before the first step: networks of random weights, drawn from the recipe's seed.
-    pub fn new(recipe: &'a Recipe, lesson: &'a Lesson) -> Self {
+    pub fn new(recipe: &'a Recipe, lesson: &'a Lesson<'a>) -> Self {
         let device = Device::flex();
         let weights = Weights::random(
             &recipe.network,
@@ -148,9 +149,10 @@ impl<'a> Trainer<'a> {
             recipe.features,
             &mut Seed(recipe.seed).stream("initial weights"),
         );
-        let nets = Nets::new(&weights, &device);
+        let mut nets = Nets::new(&weights, &device);
+        nets.gain = recipe.network.gain;
         let mut random = Seed(recipe.seed).stream("noise");
-        let noise = match recipe.descent.input_noise {
+        let noise = match recipe.augmentation.input_noise {
             0.0 => Vec::new(),
             _ => (0..NOISE)
                 .map(|_| StandardNormal.sample(&mut random))
@@ -182,20 +184,38 @@ impl<'a> Trainer<'a> {
         nets.weight = nets.weight.iter().map(tracked).collect();
         nets.bias = nets.bias.iter().map(tracked).collect();
 
-        let output = nets.forward(Tensor::from_inner(self.with_noise()?)); // [snapshot, feature]
-        let activation = to_f64(output.clone().inner())?;
-        let (e, gradient) = self
-            .lesson
-            .objective(activation.view(), self.recipe.descent.map_in_objective)?;
+        let draw = match self.recipe.descent.queries {
+            0 => None,
+            _ => Some(Draw::new(self.recipe, self.lesson, self.steps())?),
+        };
+        let inputs = self.with_noise(match &draw {
+            Some(draw) => &draw.inputs,
+            None => &self.lesson.inputs,
+        });
+        let output = nets.forward(Tensor::from_inner(inputs)); // [snapshot, feature]
+        let activation = array(output.clone().inner())?;
+        let with_map = self.recipe.descent.map_in_objective;
+        let (e, gradient) = match &draw {
+            None => self.lesson.objective(activation.view(), with_map)?,
+            Some(draw) => {
+                let (truth, candidates) = activation.view().split_at(Axis(0), draw.truths);
+                let e = draw.task.evaluate(truth, candidates, with_map)?;
+                let gradient = [e.truth_gradient.view(), e.map_gradient.view()];
+                let gradient = ndarray::concatenate(Axis(0), &gradient);
+                (e, gradient.map_err(|e| Error::work(format!("gradient: {e}")))?)
+            }
+        };
         if !e.posterior_error_m.is_finite() || gradient.iter().any(|g| !g.is_finite()) {
             return Err(Error::work(format!(
                 "the objective is no longer a number after {} steps; expected a smaller descent.learning_rate",
                 self.steps()
             )));
         }
-        self.now.training = e.error_reduction();
+        // No truth of a draw may have had anything to be mistaken for: such a step changes nothing but the weights' decay.
+        let prior_error_m = if e.prior_error_m > 0.0 { e.prior_error_m } else { 1.0 };
+        self.now.training = 1.0 - e.posterior_error_m / prior_error_m;
         // ∂E/∂g is known in closed form, so the tape only carries Σ g ∘ ∂E/∂g back through the networks.
-        let scaled = gradient.mapv(|g| (g / e.prior_error_m) as f32);
+        let scaled = gradient.mapv(|g| (g / prior_error_m) as f32);
         let surrogate = (output * Tensor::from_inner(tensor(scaled.view(), &self.device))).sum();
         let mut gradients = surrogate.backward();
         let mut take = |t: &Tensor<3>| {
@@ -207,6 +227,7 @@ impl<'a> Trainer<'a> {
             .iter()
             .map(&mut take)
             .collect::<Result<Vec<_>>>()?;
+        let slopes = limited(slopes, self.recipe.descent.gradient_limit)?;
         let mut moved = self
             .now
             .descent
@@ -217,14 +238,14 @@ impl<'a> Trainer<'a> {
     }
 
     /// Inputs with this step's noise: the same for the same seed and step, whatever happened before.
-    fn with_noise(&self) -> Result<Tensor<2>> {
-        let deviation = self.recipe.descent.input_noise;
+    fn with_noise(&self, inputs: &Array2<f32>) -> Tensor<2> {
+        let deviation = self.recipe.augmentation.input_noise;
         if deviation == 0.0 {
-            return Ok(self.inputs.clone());
+            return tensor(inputs.view(), &self.device);
         }
         let mut random = Seed(self.recipe.seed).numbered_stream("input noise", self.steps() as u64);
         let mut at = random.random_range(0..self.noise.len());
-        let mut noisy: Vec<f32> = self.lesson.inputs.iter().copied().collect();
+        let mut noisy: Vec<f32> = inputs.iter().copied().collect();
         let mut left = noisy.as_mut_slice();
         while !left.is_empty() {
             let (now, later) = left.split_at_mut(left.len().min(self.noise.len() - at));
@@ -233,11 +254,8 @@ impl<'a> Trainer<'a> {
             }
             (left, at) = (later, 0);
         }
-        let shape = [self.lesson.inputs.nrows(), self.lesson.inputs.ncols()];
-        Ok(Tensor::from_data(
-            TensorData::new(noisy, shape),
-            &self.device,
-        ))
+        let shape = [inputs.nrows(), inputs.ncols()];
+        Tensor::from_data(TensorData::new(noisy, shape), &self.device)
     }
 
     /// The validation part under some networks, where there is one.
@@ -245,8 +263,8 @@ impl<'a> Trainer<'a> {
         let Some(exam) = &self.lesson.exam else {
             return Ok(None);
         };
-        let training = to_f64(nets.forward(self.inputs.clone()))?;
-        let truth = to_f64(nets.forward(tensor(exam.inputs.view(), &self.device)))?;
+        let training = array(nets.forward(self.inputs.clone()))?;
+        let truth = array(nets.forward(tensor(exam.inputs.view(), &self.device)))?;
         self.lesson
             .examine(exam, truth.view(), training.view())
             .map(Some)
@@ -261,7 +279,7 @@ impl<'a> Trainer<'a> {
         // Judged with the map, whatever was trained on: so scores of different recipes can be compared.
         let (train, _) = self
             .lesson
-            .objective(to_f64(activation.clone())?.view(), true)?;
+            .objective(array(activation.clone())?.view(), true)?;
         let counted = self
             .lesson
             .exam
@@ -297,10 +315,27 @@ fn tensor(array: ArrayView2<f32>, device: &Device) -> Tensor<2> {
     )
 }
 
-fn to_f64(tensor: Tensor<2>) -> Result<Array2<f64>> {
+fn array(tensor: Tensor<2>) -> Result<Array2<f32>> {
     let [rows, columns] = tensor.dims();
-    let wide = values(tensor)?.into_iter().map(f64::from).collect();
-    Array2::from_shape_vec((rows, columns), wide).map_err(|e| Error::work(e.to_string()))
+    Array2::from_shape_vec((rows, columns), values(tensor)?).map_err(|e| Error::work(e.to_string()))
+}
+
+/// Gradients shortened to a length of `limit` over all of them, where they are longer; 0: as they are.
+fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3>>> {
+    if limit == 0.0 {
+        return Ok(slopes);
+    }
+    let mut squares = 0.0;
+    for slope in &slopes {
+        let slope = values(slope.clone())?;
+        squares += slope.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>();
+    }
+    let length = squares.sqrt();
+    if length <= limit {
+        return Ok(slopes);
+    }
+    let shorten = |slope: Tensor<3>| slope.mul_scalar(limit / length);
+    Ok(slopes.into_iter().map(shorten).collect())
 }
 
 #[cfg(test)]

@@ -41,6 +41,7 @@ fn model(with_route: bool) -> Model {
         ..Recipe::default()
     };
     recipe.descent.steps = 2;
+    recipe.network.trunk = vec![5];
     recipe.network.hidden = vec![3, 2];
     let split = recipe.split.split(&recording).unwrap();
     let lesson = Lesson::prepare(&recipe, &recording, &split).unwrap();

@@ -4,7 +4,8 @@ use super::*;
 use crate::{
     belief::Uncertainty,
     geometry::Pose,
-    learning::recipe::{DescentConfig, Optimiser},
+    detector::net::NetConfig,
+    learning::recipe::{AugmentationConfig, DescentConfig, Objective, Optimiser},
     recording::{
         Channel, Columns, Recording,
         split::{SplitConfig, Unit},
@@ -50,50 +51,83 @@ fn recipe() -> Recipe {
         test_fold: None,
         validation_every: 3,
     };
+    let thrun1998 = Recipe::thrun1998();
     let descent = DescentConfig {
+        optimiser: Optimiser::Adam,
+        learning_rate: 0.03,
+        weight_decay: 0.01,
+        map_in_objective: true,
         steps: 60,
         validate_every: 5,
         patience: 60,
         checkpoint_every: 8,
-        ..Default::default()
+        ..thrun1998.descent
     };
     Recipe {
         features: 2,
         uncertainty: Uncertainty::Global,
         split,
         descent,
-        ..Default::default()
+        augmentation: AugmentationConfig {
+            input_noise: 0.3,
+            ..thrun1998.augmentation
+        },
+        ..thrun1998
     }
 }
 
-fn lesson(recipe: &Recipe) -> Lesson {
-    let recording = recording();
-    Lesson::prepare(recipe, &recording, &recipe.split.split(&recording).unwrap()).unwrap()
+/// The same data learned in draws, with a trunk and a wide objective.
+fn recipe_in_draws() -> Recipe {
+    let classic = recipe();
+    let default = Recipe::default();
+    Recipe {
+        features: 20,
+        network: NetConfig {
+            trunk: vec![24],
+            ..default.network
+        },
+        descent: DescentConfig {
+            objective: Objective::MeanField,
+            learning_rate: 0.01,
+            queries: 30,
+            places: 50,
+            gradient_limit: 1.0,
+            ..classic.descent
+        },
+        priors: default.priors,
+        ..classic
+    }
+}
+
+fn lesson<'a>(recipe: &Recipe, recording: &'a Recording) -> Lesson<'a> {
+    Lesson::prepare(recipe, recording, &recipe.split.split(recording).unwrap()).unwrap()
 }
 
 fn trained(recipe: &Recipe) -> Trained {
-    train(recipe, &lesson(recipe), None, false, "", &mut |_| ()).unwrap()
+    let recording = recording();
+    train(recipe, &lesson(recipe, &recording), None, false, "", &mut |_| ()).unwrap()
 }
 
 #[test]
 fn learns_to_tell_places_apart() {
-    for optimiser in [Optimiser::Adam, Optimiser::Momentum] {
-        let mut recipe = recipe();
-        recipe.descent.optimiser = optimiser;
-        if optimiser == Optimiser::Momentum {
-            recipe.descent.learning_rate = 1.0;
-            recipe.descent.weight_decay = 0.0;
-            recipe.descent.steps = 200;
-        }
+    let mut momentum = recipe();
+    momentum.descent.optimiser = Optimiser::Momentum;
+    momentum.descent.learning_rate = 1.0;
+    momentum.descent.weight_decay = 0.0;
+    momentum.descent.steps = 200;
+    let mut without_the_truths_run = recipe_in_draws();
+    without_the_truths_run.descent.leave_run_out = true;
+    for recipe in [recipe(), momentum, recipe_in_draws(), without_the_truths_run] {
+        let what = (recipe.descent.optimiser, recipe.descent.objective);
         let trained = trained(&recipe);
         assert!(
             trained.train.error_reduction > 0.4,
-            "{optimiser:?}: {:?}",
+            "{what:?}: {:?}",
             trained.train
         );
         assert!(
             trained.validation.unwrap().error_reduction > 0.35,
-            "{optimiser:?}: {:?}",
+            "{what:?}: {:?}",
             trained.validation
         );
     }
@@ -108,10 +142,11 @@ fn one_step_follows_the_numerical_gradient() {
         learning_rate: 1e-2,
         weight_decay: 0.0,
         steps: 1,
-        input_noise: 0.0,
         ..recipe.descent
     };
-    let mut lesson = lesson(&recipe);
+    recipe.augmentation.input_noise = 0.0;
+    let recording = recording();
+    let mut lesson = lesson(&recipe, &recording);
     lesson.exam = None; // so that the step's weights come back, not the best validated ones
     let device = Device::flex();
     let start = Weights::random(
@@ -123,7 +158,7 @@ fn one_step_follows_the_numerical_gradient() {
     let error = |weights: &Weights| {
         let output = Nets::new(weights, &device).forward(tensor(lesson.inputs.view(), &device));
         let (e, _) = lesson
-            .objective(to_f64(output).unwrap().view(), true)
+            .objective(array(output).unwrap().view(), true)
             .unwrap();
         e.posterior_error_m / e.prior_error_m
     };
@@ -153,9 +188,14 @@ fn one_step_follows_the_numerical_gradient() {
 
 #[test]
 fn a_resumed_training_ends_in_the_same_bits() {
-    let recipe = recipe();
-    let lesson = lesson(&recipe);
-    let whole = train(&recipe, &lesson, None, false, "it", &mut |_| ()).unwrap();
+    resumes(&recipe());
+    resumes(&recipe_in_draws());
+}
+
+fn resumes(recipe: &Recipe) {
+    let recording = recording();
+    let lesson = lesson(recipe, &recording);
+    let whole = train(recipe, &lesson, None, false, "it", &mut |_| ()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.checkpoint");
     for killed_after in [3, 8, 29] {
@@ -168,34 +208,37 @@ fn a_resumed_training_ends_in_the_same_bits() {
             ..recipe.clone()
         };
         train(&stopped, &lesson, Some(&path), false, "it", &mut |_| ()).unwrap();
-        let resumed = train(&recipe, &lesson, Some(&path), true, "it", &mut |_| ()).unwrap();
+        let resumed = train(recipe, &lesson, Some(&path), true, "it", &mut |_| ()).unwrap();
         assert_eq!(
             resumed.weights, whole.weights,
             "killed after {killed_after} steps"
         );
         assert_eq!(resumed.steps, whole.steps);
     }
-    let other = train(&recipe, &lesson, Some(&path), true, "another", &mut |_| ());
+    let other = train(recipe, &lesson, Some(&path), true, "another", &mut |_| ());
     assert!(other.unwrap_err().to_string().contains("another training"));
 }
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let in_pool = |threads| {
+    let in_pool = |threads: usize, recipe: &Recipe| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| trained(&recipe()).weights)
+        pool.install(|| trained(recipe).weights)
     };
-    assert_eq!(in_pool(1), in_pool(4));
+    for recipe in [recipe(), recipe_in_draws()] {
+        assert_eq!(in_pool(1, &recipe), in_pool(4, &recipe));
+    }
 }
 
 /// Stopped before its own first checkpoint, a training must not find another one's when it is taken up.
 #[test]
 fn an_old_checkpoint_does_not_outlive_a_fresh_start() {
     let recipe = recipe();
-    let lesson = lesson(&recipe);
+    let recording = recording();
+    let lesson = lesson(&recipe, &recording);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.checkpoint");
     train(&recipe, &lesson, Some(&path), false, "old", &mut |_| ()).unwrap();

@@ -1,0 +1,151 @@
+//! What a step looks at: all training snapshots, or a draw of truths, moved and blinded, and a draw of candidates.
+
+use super::{
+    lesson::Lesson,
+    recipe::{AugmentationConfig, Recipe},
+    task::Task,
+};
+use crate::{
+    belief::{Uncertainty, prior::DEFAULT_HALF_TURN_RAD},
+    error::{Error, Result},
+    recording::{Recording, viewpoint::Moves},
+    seed::{Seed, Stream},
+};
+use ndarray::{Array2, Axis, concatenate};
+use rand::RngExt;
+
+/// Snapshots for one step.
+pub struct Draw {
+    /// Normalised inputs of the truths, then of the candidates, `[snapshot, input]`.
+    pub inputs: Array2<f32>,
+    /// How many of them are truths.
+    pub truths: usize,
+    /// What is asked of their activations.
+    pub task: Task,
+}
+
+impl Draw {
+    /// The draw of step `step`, the same for the same seed and step whatever happened before.
+    ///
+    /// # Errors
+    /// Where a whole run is to be left out and there is only one.
+    pub fn new(recipe: &Recipe, lesson: &Lesson, step: usize) -> Result<Self> {
+        let mut random = Seed(recipe.seed).numbered_stream("draw of a step", step as u64);
+        let all: Vec<usize> = (0..lesson.snapshots.len()).collect();
+        let (truths, candidates) = match recipe.descent.leave_run_out {
+            true => {
+                let run = lesson.runs[random.random_range(0..all.len())];
+                all.into_iter().partition(|&k| lesson.runs[k] == run)
+            }
+            false => (all.clone(), all),
+        };
+        if candidates.is_empty() {
+            return Err(Error::work(
+                "descent.leave_run_out: all training snapshots are of one run; expected at least two runs",
+            ));
+        }
+        let truths = some(&truths, recipe.descent.queries, &mut random);
+        let candidates = some(&candidates, recipe.descent.places, &mut random);
+        let uncertainty = truths.iter().map(|_| draw_uncertainty(recipe, &mut random));
+        let uncertainty = uncertainty.collect();
+
+        let seen = lesson.seen_from_beside(&recipe.augmentation, &truths, &mut random)?;
+        let (truth_inputs, truth_places) = match &seen {
+            Some(recording) => (lesson.input.of(recording)?, crate::belief::Places::of(recording)),
+            None => (lesson.inputs.select(Axis(0), &truths), lesson.places.select(&truths)),
+        };
+        let candidate_inputs = lesson.inputs.select(Axis(0), &candidates);
+        let task = Task::of_step(recipe, uncertainty, truth_places, lesson.places.select(&candidates))?;
+        let inputs = concatenate(Axis(0), &[truth_inputs.view(), candidate_inputs.view()])
+            .map_err(|e| Error::work(format!("inputs of a step: {e}")))?;
+        Ok(Self {
+            inputs,
+            truths: truths.len(),
+            task,
+        })
+    }
+}
+
+/// So many of some indices, ascending; all where `count` is 0 or more than there are.
+fn some(indices: &[usize], count: usize, random: &mut Stream) -> Vec<usize> {
+    if count == 0 || count >= indices.len() {
+        return indices.to_vec();
+    }
+    let drawn = rand::seq::index::sample(random, indices.len(), count);
+    let mut drawn: Vec<usize> = drawn.into_iter().map(|i| indices[i]).collect();
+    drawn.sort_unstable();
+    drawn
+}
+
+/// The uncertainty of one truth.
+fn draw_uncertainty(recipe: &Recipe, random: &mut Stream) -> Uncertainty {
+    let mix = &recipe.priors;
+    let half_turn_rad = match recipe.uncertainty {
+        Uncertainty::Window { half_turn_rad, .. } => half_turn_rad,
+        Uncertainty::Global => Some(DEFAULT_HALF_TURN_RAD),
+    };
+    if random.random_range(0.0..1.0) < mix.stated {
+        return recipe.uncertainty;
+    }
+    if random.random_range(0.0..1.0) < mix.global {
+        return Uncertainty::Global;
+    }
+    let log = mix.narrowest_m.ln()..=mix.widest_m.ln();
+    Uncertainty::Window {
+        half_width_m: random.random_range(log).exp(),
+        half_turn_rad,
+    }
+}
+
+impl Lesson<'_> {
+    /// Some training snapshots (by their place in the training part) as seen from beside, with beams dropped; `None` where
+    /// nothing of that is asked for or the recording has no scans that could be drawn anew.
+    fn seen_from_beside(
+        &self,
+        config: &AugmentationConfig,
+        truths: &[usize],
+        random: &mut Stream,
+    ) -> Result<Option<Recording>> {
+        let Some(views) = &self.views else {
+            return Ok(None);
+        };
+        if config.shift_m == 0.0 && config.turn_rad == 0.0 && config.dropped_beams == 0.0 {
+            return Ok(None);
+        }
+        let snapshots: Vec<usize> = truths.iter().map(|&k| self.snapshots[k]).collect();
+        let moves = Moves {
+            shift_m: config.shift_m,
+            turn_rad: config.turn_rad,
+        };
+        let moved = views.drawn(&snapshots, &moves, random)?;
+        if config.dropped_beams == 0.0 {
+            return Ok(Some(moved));
+        }
+        drop_beams(moved, config.dropped_beams, random).map(Some)
+    }
+}
+
+/// Beams that somebody in the way hides together, as a share of a scan: about 20° of a half circle.
+const BLOCK: f64 = 1.0 / 9.0;
+
+/// Takes blocks of beams out of every range scan with bearings: each block of a scan with probability `share`.
+fn drop_beams(recording: Recording, share: f64, random: &mut Stream) -> Result<Recording> {
+    let mut columns = recording.into_columns();
+    let mut from = 0;
+    for channel in &columns.channels {
+        if channel.unit == "m" && channel.bearing_rad.is_some() {
+            let width = ((channel.width as f64 * BLOCK).ceil() as usize).max(1);
+            for mut scan in columns.values.rows_mut() {
+                for block in (0..channel.width).step_by(width) {
+                    if random.random_range(0.0..1.0) < share {
+                        let end = (block + width).min(channel.width);
+                        scan.slice_axis_mut(Axis(0), (from + block..from + end).into())
+                            .fill(f32::NAN);
+                    }
+                }
+            }
+        }
+        from += channel.width;
+    }
+    Recording::new(columns)
+}
