@@ -56,7 +56,8 @@ impl Pose {
 
     /// Straight-line distance to another place, in metres.
     pub fn distance_m(&self, other: &Pose) -> f64 {
-        (self.x_m - other.x_m).hypot(self.y_m - other.y_m)
+        // No hypot: it guards against overflow of numbers that no building has, at ten times the cost.
+        ((self.x_m - other.x_m).powi(2) + (self.y_m - other.y_m).powi(2)).sqrt()
     }
 
     /// Unsigned difference of the headings, in [0, π] radians.

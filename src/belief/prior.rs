@@ -46,15 +46,19 @@ impl Uncertainty {
         other: &Places,
         other_index: usize,
     ) -> bool {
+        self.admits_at(places.distance_m(truth, other, other_index), || {
+            places.turn_rad(truth, other, other_index)
+        })
+    }
+
+    /// The same for a place so far from the truth, turned by so much: the turn is asked for only where it matters.
+    pub fn admits_at(&self, distance_m: f64, turn_rad: impl FnOnce() -> f64) -> bool {
         match *self {
             Uncertainty::Global => true,
             Uncertainty::Window {
                 half_width_m,
                 half_turn_rad,
-            } => {
-                places.distance_m(truth, other, other_index) <= half_width_m
-                    && half_turn_rad.is_none_or(|w| places.turn_rad(truth, other, other_index) <= w)
-            }
+            } => distance_m <= half_width_m && half_turn_rad.is_none_or(|w| turn_rad() <= w),
         }
     }
 }

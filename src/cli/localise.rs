@@ -58,7 +58,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
-    let mut config = Experiment::read(arguments.config.as_deref())?.localise;
+    let mut config = Experiment::read(arguments.config.as_deref(), None)?.localise;
     config.trials = arguments.trials.unwrap_or(config.trials);
     config.seed = arguments.seed.unwrap_or(config.seed);
     config.evidence = arguments.evidence.unwrap_or(config.evidence);

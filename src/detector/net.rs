@@ -90,7 +90,11 @@ impl NetConfig {
         let mut shapes = Vec::new();
         let mut width = inputs;
         let shared = self.trunk.iter().map(|&units| (1, units));
-        let own = self.hidden.iter().chain(&[1]).map(|&units| (features, units));
+        let own = self
+            .hidden
+            .iter()
+            .chain(&[1])
+            .map(|&units| (features, units));
         for (networks, units) in shared.chain(own) {
             shapes.push([networks, width, units]);
             width = units;
@@ -131,7 +135,11 @@ impl Weights {
             }
         };
         Self {
-            layers: config.shapes(inputs, features).into_iter().map(&mut layer).collect(),
+            layers: config
+                .shapes(inputs, features)
+                .into_iter()
+                .map(&mut layer)
+                .collect(),
             trunk: config.trunk.len(),
             activation: config.activation,
         }
@@ -227,7 +235,10 @@ impl Nets {
         let [k, inputs] = input.dims();
         let [n, _, first] = own[0].dims();
         // All first layers at once: [snapshot, input] × [input, filter·unit].
-        let stacked = own[0].clone().permute([1, 0, 2]).reshape([inputs, n * first]);
+        let stacked = own[0]
+            .clone()
+            .permute([1, 0, 2])
+            .reshape([inputs, n * first]);
         let sum = input.matmul(stacked) + own_bias[0].clone().reshape([1, n * first]);
         if own.len() == 1 {
             return self.answer(sum); // one unit a feature

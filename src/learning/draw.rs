@@ -51,11 +51,22 @@ impl Draw {
 
         let seen = lesson.seen_from_beside(&recipe.augmentation, &truths, &mut random)?;
         let (truth_inputs, truth_places) = match &seen {
-            Some(recording) => (lesson.input.of(recording)?, crate::belief::Places::of(recording)),
-            None => (lesson.inputs.select(Axis(0), &truths), lesson.places.select(&truths)),
+            Some(recording) => (
+                lesson.input.of(recording)?,
+                crate::belief::Places::of(recording),
+            ),
+            None => (
+                lesson.inputs.select(Axis(0), &truths),
+                lesson.places.select(&truths),
+            ),
         };
         let candidate_inputs = lesson.inputs.select(Axis(0), &candidates);
-        let task = Task::of_step(recipe, uncertainty, truth_places, lesson.places.select(&candidates))?;
+        let task = Task::of_step(
+            recipe,
+            uncertainty,
+            truth_places,
+            lesson.places.select(&candidates),
+        )?;
         let inputs = concatenate(Axis(0), &[truth_inputs.view(), candidate_inputs.view()])
             .map_err(|e| Error::work(format!("inputs of a step: {e}")))?;
         Ok(Self {

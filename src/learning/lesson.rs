@@ -1,6 +1,10 @@
 //! What is learned from: inputs, places and priors of the training part, and of the validation part that stops it.
 
-use super::{objective::Evaluation, recipe::{Objective, Recipe}, task::Task};
+use super::{
+    objective::Evaluation,
+    recipe::{Objective, Recipe},
+    task::Task,
+};
 use crate::{
     belief::Places,
     detector::input::Input,
@@ -81,7 +85,11 @@ impl<'a> Lesson<'a> {
             input,
             places,
             snapshots: split.train.clone(),
-            runs: split.train.iter().map(|&k| recording.columns().run[k]).collect(),
+            runs: split
+                .train
+                .iter()
+                .map(|&k| recording.columns().run[k])
+                .collect(),
             views: Views::of(recording)?,
             truths,
             task,
@@ -99,7 +107,9 @@ impl<'a> Lesson<'a> {
         map_in_objective: bool,
     ) -> Result<(Evaluation, Array2<f64>)> {
         let truth = activation.select(Axis(0), &self.truths);
-        let e = self.task.evaluate(truth.view(), activation, map_in_objective)?;
+        let e = self
+            .task
+            .evaluate(truth.view(), activation, map_in_objective)?;
         let mut gradient = e.map_gradient.clone();
         for (&k, slope) in self.truths.iter().zip(e.truth_gradient.rows()) {
             let mut row = gradient.row_mut(k);

@@ -18,6 +18,7 @@ use super::objective::Evaluation;
 use crate::belief::{Places, Uncertainty};
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Most features of a wide code: 32 bytes a place when rounded.
 pub const MOST_FEATURES: usize = 256;
@@ -33,9 +34,17 @@ pub struct Priors {
     uncertainty: Vec<Uncertainty>,
     truths: Places,
     candidates: Places,
+    /// e of every pair, `[truth, candidate]`, where there are not too many to keep: a step's.
+    kept: Option<Array2<f32>>,
     prior_error_m: Array1<f64>,
     sizes: Vec<usize>,
 }
+
+/// Most pairs whose error is kept: 64 MiB.
+const MOST_KEPT: usize = 1 << 24;
+
+/// The error of a candidate that the prior does not admit.
+const NOT_ADMITTED: f32 = f32::INFINITY;
 
 impl Priors {
     /// One uncertainty a truth.
@@ -44,18 +53,30 @@ impl Priors {
     /// Where there are not as many uncertainties as truths.
     pub fn new(uncertainty: Vec<Uncertainty>, truths: Places, candidates: Places) -> Self {
         assert_eq!(uncertainty.len(), truths.len(), "one uncertainty a truth");
+        let (rows, columns) = (truths.len(), candidates.len());
         let mut priors = Self {
             uncertainty,
             truths,
             candidates,
-            prior_error_m: Array1::default(0),
-            sizes: Vec::new(),
+            kept: None,
+            prior_error_m: Array1::zeros(rows),
+            sizes: vec![0; rows],
         };
-        let told: Vec<(f64, usize)> = (0..priors.truths.len())
+        if rows.saturating_mul(columns) <= MOST_KEPT {
+            let mut kept = Array2::zeros((rows, columns));
+            kept.axis_iter_mut(Axis(0))
+                .into_par_iter()
+                .enumerate()
+                .for_each(|(t, mut row)| row.assign(&ArrayView1::from(&priors.errors_m(t))));
+            priors.kept = Some(kept);
+        }
+        let told: Vec<(f64, usize)> = (0..rows)
             .into_par_iter()
             .map(|t| {
-                let admitted = (0..priors.candidates.len()).filter_map(|c| priors.error_m(t, c));
-                let (sum, size) = admitted.fold((0.0, 0), |(sum, n), e| (sum + e, n + 1));
+                let errors = priors.errors_m(t);
+                let admitted = errors.iter().filter(|&&e| e != NOT_ADMITTED);
+                let (sum, size) =
+                    admitted.fold((0.0, 0), |(sum, n), &e| (sum + f64::from(e), n + 1));
                 (sum / size.max(1) as f64, size)
             })
             .collect();
@@ -64,10 +85,25 @@ impl Priors {
         priors
     }
 
-    /// e(ξ*, ξ) in metres where the truth's prior admits the candidate.
-    fn error_m(&self, truth: usize, candidate: usize) -> Option<f64> {
-        let admits = self.uncertainty[truth].admits(&self.truths, truth, &self.candidates, candidate);
-        admits.then(|| self.truths.distance_m(truth, &self.candidates, candidate))
+    /// e(ξ*, ξ) of one truth to every candidate in metres; [`NOT_ADMITTED`] outside its prior.
+    fn errors_m(&self, truth: usize) -> Cow<'_, [f32]> {
+        if let Some(kept) = self
+            .kept
+            .as_ref()
+            .and_then(|kept| kept.row(truth).to_slice())
+        {
+            return Cow::Borrowed(kept);
+        }
+        let (uncertainty, truths) = (self.uncertainty[truth], &self.truths);
+        let error_m = |candidate| {
+            let distance_m = truths.distance_m(truth, &self.candidates, candidate);
+            let turn_rad = || truths.turn_rad(truth, &self.candidates, candidate);
+            match uncertainty.admits_at(distance_m, turn_rad) {
+                true => distance_m as f32,
+                false => NOT_ADMITTED,
+            }
+        };
+        Cow::Owned((0..self.candidates.len()).map(error_m).collect())
     }
 
     /// Expected error of every truth before sensing, in metres; 0 where nothing is admitted.
@@ -124,8 +160,9 @@ pub fn evaluate(
     weight: ArrayView1<f64>,
 ) -> Evaluation {
     let m = map.mapv(|m| m.clamp(SMALLEST_PROBABILITY, 1.0 - SMALLEST_PROBABILITY));
-    let log_odds = m.mapv(|m| m.ln() - (-m).ln_1p()); // [candidate, feature]
-    let none: Array1<f32> = m.map_axis(Axis(1), |m| m.iter().map(|&m| (-m).ln_1p()).sum()); // all features 0
+    let off = m.mapv(|m| (-m).ln_1p()); // ln(1 − m), [candidate, feature]
+    let log_odds = m.mapv(f32::ln) - &off;
+    let none = off.sum_axis(Axis(1)); // ln P(all features 0)
     let mut slope = Array2::<f32>::zeros((truth.nrows(), map.nrows())); // R: [truth, candidate]
     let mut truth_gradient = Array2::<f64>::zeros(truth.raw_dim());
     let mut error_m = vec![0.0; truth.nrows()];
@@ -140,9 +177,14 @@ pub fn evaluate(
             let rows = (from..from + error_m.len()).into();
             slope.assign(&truth.slice_axis(Axis(0), rows).dot(&log_odds.t()));
             slope += &none;
-            for (row, (mut slope, error_m)) in slope.rows_mut().into_iter().zip(error_m).enumerate() {
+            for (row, (mut slope, error_m)) in slope.rows_mut().into_iter().zip(error_m).enumerate()
+            {
                 let t = from + row;
-                *error_m = descend(priors, t, weight[t], slope.as_slice_mut().unwrap_or_default());
+                *error_m = descend(
+                    &priors.errors_m(t),
+                    weight[t],
+                    slope.as_slice_mut().unwrap_or_default(),
+                );
             }
             gradient.assign(&slope.dot(&log_odds).mapv(f64::from));
         });
@@ -175,31 +217,27 @@ pub fn evaluate(
 }
 
 /// One truth: from the row L to the row R, in place; returns its expected error in metres.
-fn descend(priors: &Priors, truth: usize, weight: f64, row: &mut [f32]) -> f64 {
-    let mut errors = Vec::with_capacity(row.len());
-    let mut highest = f32::NEG_INFINITY; // among the admitted only: else all of a narrow window may underflow
-    for (candidate, l) in row.iter().enumerate() {
-        let error = priors.error_m(truth, candidate);
-        if error.is_some() {
-            highest = highest.max(*l);
-        }
-        errors.push(error);
-    }
+fn descend(errors_m: &[f32], weight: f64, row: &mut [f32]) -> f64 {
+    // Highest among the admitted only: else all of a narrow window may underflow.
+    let admitted = row
+        .iter()
+        .zip(errors_m)
+        .filter(|(_, e)| **e != NOT_ADMITTED);
+    let highest = admitted.fold(f32::NEG_INFINITY, |highest, (l, _)| highest.max(*l));
     let (mut sum, mut error_sum) = (0.0, 0.0);
-    for (l, error) in row.iter_mut().zip(&errors) {
-        match error {
-            Some(error) => {
-                *l = (*l - highest).exp();
-                sum += f64::from(*l);
-                error_sum += f64::from(*l) * error;
-            }
-            None => *l = 0.0,
+    for (l, &error_m) in row.iter_mut().zip(errors_m) {
+        if error_m == NOT_ADMITTED {
+            *l = 0.0;
+            continue;
         }
+        *l = (*l - highest).exp();
+        sum += f64::from(*l);
+        error_sum += f64::from(*l) * f64::from(error_m);
     }
     let expected = if sum > 0.0 { error_sum / sum } else { 0.0 };
-    for (q, error) in row.iter_mut().zip(&errors) {
-        if let Some(error) = error {
-            *q = (weight * f64::from(*q) / sum * (error - expected)) as f32;
+    for (q, &error_m) in row.iter_mut().zip(errors_m) {
+        if *q > 0.0 {
+            *q = (weight * f64::from(*q) / sum * (f64::from(error_m) - expected)) as f32;
         }
     }
     expected

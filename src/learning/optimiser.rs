@@ -63,8 +63,12 @@ impl Descent {
         let mut moved = Vec::with_capacity(parameters.len());
         for (parameter, gradient) in parameters.into_iter().zip(gradients) {
             let shrink = 1.0 - rate * self.config.weight_decay;
-            let (next, memory) =
-                self.move_one(parameter.mul_scalar(shrink), gradient, memories.next(), rate);
+            let (next, memory) = self.move_one(
+                parameter.mul_scalar(shrink),
+                gradient,
+                memories.next(),
+                rate,
+            );
             moved.push(next);
             self.memory.push(memory);
         }

@@ -144,6 +144,50 @@ pub struct PriorMix {
     pub widest_m: f64,
 }
 
+/// A recipe by name, as `--recipe` takes it: what holds where a configuration is silent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Named {
+    /// What holds up best on runs that training never saw: [`Recipe::default`].
+    #[default]
+    Default,
+    /// What Thrun (1998) did: [`Recipe::thrun1998`].
+    Thrun1998,
+}
+
+impl Named {
+    /// All there are.
+    pub const ALL: [Self; 2] = [Self::Default, Self::Thrun1998];
+
+    /// Name as it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Default => "default",
+            Self::Thrun1998 => "thrun1998",
+        }
+    }
+
+    /// The recipe itself.
+    pub fn recipe(self) -> Recipe {
+        match self {
+            Self::Default => Recipe::default(),
+            Self::Thrun1998 => Recipe::thrun1998(),
+        }
+    }
+}
+
+impl std::str::FromStr for Named {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let named = Self::ALL.into_iter().find(|named| named.name() == text);
+        named.ok_or_else(|| {
+            let names = Self::ALL.map(|n| format!("`{}`", n.name())).join(" or ");
+            Error::usage(format!("recipe `{text}`: expected {names}"))
+        })
+    }
+}
+
 impl Default for PriorMix {
     fn default() -> Self {
         Self {
@@ -326,7 +370,12 @@ impl Recipe {
                 "1 with the exact objective, which knows one prior for all truths",
             );
         }
-        if d.queries == 0 && (d.places > 0 || d.leave_run_out || a.shift_m > 0.0 || a.turn_rad > 0.0 || a.dropped_beams > 0.0)
+        if d.queries == 0
+            && (d.places > 0
+                || d.leave_run_out
+                || a.shift_m > 0.0
+                || a.turn_rad > 0.0
+                || a.dropped_beams > 0.0)
         {
             return wrong(
                 "descent.queries",

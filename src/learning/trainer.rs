@@ -18,7 +18,7 @@ use ndarray::{Array2, ArrayView2, Axis};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What training says while it runs.
 #[derive(Debug, Clone, Copy)]
@@ -71,6 +71,87 @@ pub struct Trained {
     pub steps: usize,
     /// Why it ended.
     pub stopped_by: StoppedBy,
+}
+
+/// Trains a recipe on a lesson as often as `restarts` asks, each time from other random weights, and keeps the training of
+/// the least validation error (of the least training error where nothing can be validated). The first is [`train`] itself.
+///
+/// # Errors
+/// As [`train`].
+pub fn train_best(
+    recipe: &Recipe,
+    lesson: &Lesson,
+    checkpoint: Option<&Path>,
+    resume: bool,
+    identity: &str,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Trained> {
+    let judged = |t: &Trained| t.validation.unwrap_or(t.train).error_reduction;
+    let mut best: Option<Trained> = None;
+    let checkpoints = |restart: usize| checkpoint.map(|path| checkpoint_of(path, restart));
+    if !resume {
+        remove_checkpoints(checkpoint, recipe.descent.restarts)?;
+    }
+    for restart in 0..recipe.descent.restarts {
+        let recipe = Recipe {
+            seed: restart_seed(recipe.seed, restart),
+            ..recipe.clone()
+        };
+        let before = restart * recipe.descent.steps;
+        let mut progress = |p: Progress| {
+            progress(Progress {
+                step: before + p.step,
+                ..p
+            });
+        };
+        let trained = train(
+            &recipe,
+            lesson,
+            checkpoints(restart).as_deref(),
+            resume,
+            identity,
+            &mut progress,
+        )?;
+        if best
+            .as_ref()
+            .is_none_or(|best| judged(&trained) > judged(best))
+        {
+            best = Some(trained);
+        }
+    }
+    best.ok_or_else(|| Error::usage("descent.restarts = 0: expected at least 1"))
+}
+
+/// The seed of a restart; that of the first is the recipe's own.
+fn restart_seed(seed: u64, restart: usize) -> u64 {
+    match restart {
+        0 => seed,
+        _ => Seed(seed)
+            .numbered_stream("restart", restart as u64)
+            .random(),
+    }
+}
+
+/// Where the checkpoint of a restart is kept: at `path` itself for the first, numbered for the others.
+fn checkpoint_of(path: &Path, restart: usize) -> PathBuf {
+    let mut name = path.as_os_str().to_os_string();
+    if restart > 0 {
+        name.push(format!("-{restart}"));
+    }
+    name.into()
+}
+
+/// Removes the checkpoints of a training of so many restarts.
+///
+/// # Errors
+/// Where one is there and can't be removed.
+pub fn remove_checkpoints(checkpoint: Option<&Path>, restarts: usize) -> Result<()> {
+    for path in (0..restarts).filter_map(|r| checkpoint.map(|path| checkpoint_of(path, r))) {
+        if path.exists() {
+            std::fs::remove_file(&path).map_err(|e| Error::io("cannot remove", &path, e))?;
+        }
+    }
+    Ok(())
 }
 
 /// Trains a recipe on a lesson.
@@ -202,7 +283,10 @@ impl<'a> Trainer<'a> {
                 let e = draw.task.evaluate(truth, candidates, with_map)?;
                 let gradient = [e.truth_gradient.view(), e.map_gradient.view()];
                 let gradient = ndarray::concatenate(Axis(0), &gradient);
-                (e, gradient.map_err(|e| Error::work(format!("gradient: {e}")))?)
+                (
+                    e,
+                    gradient.map_err(|e| Error::work(format!("gradient: {e}")))?,
+                )
             }
         };
         if !e.posterior_error_m.is_finite() || gradient.iter().any(|g| !g.is_finite()) {
@@ -212,7 +296,11 @@ impl<'a> Trainer<'a> {
             )));
         }
         // No truth of a draw may have had anything to be mistaken for: such a step changes nothing but the weights' decay.
-        let prior_error_m = if e.prior_error_m > 0.0 { e.prior_error_m } else { 1.0 };
+        let prior_error_m = if e.prior_error_m > 0.0 {
+            e.prior_error_m
+        } else {
+            1.0
+        };
         self.now.training = 1.0 - e.posterior_error_m / prior_error_m;
         // ∂E/∂g is known in closed form, so the tape only carries Σ g ∘ ∂E/∂g back through the networks.
         let scaled = gradient.mapv(|g| (g / prior_error_m) as f32);

@@ -99,7 +99,12 @@ pub struct Model {
 
 impl Model {
     /// Puts together what training gave.
-    pub fn new(recipe: &Recipe, recording: &Recording, lesson: &Lesson<'_>, trained: Trained) -> Self {
+    pub fn new(
+        recipe: &Recipe,
+        recording: &Recording,
+        lesson: &Lesson<'_>,
+        trained: Trained,
+    ) -> Self {
         let at = |k: &usize| recording.poses()[*k];
         Self {
             header: Header {

@@ -3,8 +3,8 @@
 use super::*;
 use crate::{
     belief::Uncertainty,
-    geometry::Pose,
     detector::net::NetConfig,
+    geometry::Pose,
     learning::recipe::{AugmentationConfig, DescentConfig, Objective, Optimiser},
     recording::{
         Channel, Columns, Recording,
@@ -105,7 +105,15 @@ fn lesson<'a>(recipe: &Recipe, recording: &'a Recording) -> Lesson<'a> {
 
 fn trained(recipe: &Recipe) -> Trained {
     let recording = recording();
-    train(recipe, &lesson(recipe, &recording), None, false, "", &mut |_| ()).unwrap()
+    train(
+        recipe,
+        &lesson(recipe, &recording),
+        None,
+        false,
+        "",
+        &mut |_| (),
+    )
+    .unwrap()
 }
 
 #[test]
@@ -117,7 +125,12 @@ fn learns_to_tell_places_apart() {
     momentum.descent.steps = 200;
     let mut without_the_truths_run = recipe_in_draws();
     without_the_truths_run.descent.leave_run_out = true;
-    for recipe in [recipe(), momentum, recipe_in_draws(), without_the_truths_run] {
+    for recipe in [
+        recipe(),
+        momentum,
+        recipe_in_draws(),
+        without_the_truths_run,
+    ] {
         let what = (recipe.descent.optimiser, recipe.descent.objective);
         let trained = trained(&recipe);
         assert!(
