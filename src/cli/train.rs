@@ -3,6 +3,7 @@
 use super::{Outcome, config::Experiment, print, progress::Progress, warn};
 use crate::{
     belief::Uncertainty,
+    detector::device::DeviceChoice,
     error::{Error, Result},
     learning::{Recipe, lesson::Lesson, trainer, trainer::Score},
     model::Model,
@@ -47,9 +48,9 @@ pub struct Arguments {
     /// Keep this one of the folds for testing (counted from 0; four folds unless the configuration says otherwise).
     #[arg(long, value_name = "K")]
     test_fold: Option<usize>,
-    /// Device for the networks.
-    #[arg(long, value_name = "DEVICE", default_value = "cpu", value_parser = ["cpu"])]
-    device: String,
+    /// Where the networks compute: `cpu`, or where it is built in `cuda`, `wgpu`, `metal` or `rocm`.
+    #[arg(long, value_name = "DEVICE", default_value_t)]
+    device: DeviceChoice,
     /// Go on from the checkpoint of the same training, where there is one.
     #[arg(long)]
     resume: bool,
@@ -67,6 +68,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     recipe.split.test_fold = arguments.test_fold.or(recipe.split.test_fold);
     recipe.check()?;
     Model::check_name(&arguments.output)?;
+    arguments.device.open()?;
     let recording = npz::read(&arguments.dataset)?;
     let started = Instant::now();
     let learned = learn(
