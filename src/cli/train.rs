@@ -3,7 +3,7 @@
 use super::{Outcome, config::Experiment, print, progress::Progress, warn};
 use crate::{
     belief::Uncertainty,
-    detector::device::DeviceChoice,
+    detector::device::{Device, DeviceChoice},
     error::{Error, Result},
     learning::{Recipe, lesson::Lesson, trainer, trainer::Score},
     model::Model,
@@ -68,12 +68,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     recipe.split.test_fold = arguments.test_fold.or(recipe.split.test_fold);
     recipe.check()?;
     Model::check_name(&arguments.output)?;
-    arguments.device.open()?;
+    let device = arguments.device.open()?;
     let recording = npz::read(&arguments.dataset)?;
     let started = Instant::now();
     let learned = learn(
         &recipe,
         &recording,
+        &device,
         Some(&arguments.output),
         arguments.resume,
         "learning",
@@ -115,6 +116,7 @@ pub(super) struct Learned {
 pub(super) fn learn(
     recipe: &Recipe,
     recording: &Recording,
+    device: &Device,
     output: Option<&Path>,
     resume: bool,
     what: &str,
@@ -130,7 +132,8 @@ pub(super) fn learn(
     let identity = format!("{} {data} {words}", env!("CARGO_PKG_VERSION"));
     let checkpoint = output.and_then(checkpoint_of);
     let mut progress = Progress::new(what, recipe.descent.steps);
-    let trained = trainer::train(
+    let trained = trainer::train_on(
+        device,
         recipe,
         &lesson,
         checkpoint.as_deref(),

@@ -8,7 +8,10 @@ use super::{
     recipe::Recipe,
 };
 use crate::{
-    detector::net::{Nets, Weights, values},
+    detector::{
+        device,
+        net::{Nets, Weights, values},
+    },
     error::{Error, Result},
     seed::Seed,
 };
@@ -72,13 +75,10 @@ pub struct Trained {
     pub stopped_by: StoppedBy,
 }
 
-/// Trains a recipe on a lesson.
-///
-/// A checkpoint is kept at `checkpoint` where given, in place of whatever stood there; with `resume`, training goes on from it, and ends in the same bits
-/// as if it had never stopped. It starts afresh where there is no checkpoint yet.
+/// Trains a recipe on a lesson, on the CPU: see [`train_on`].
 ///
 /// # Errors
-/// Where a checkpoint belongs to another training or is damaged, or can't be written.
+/// As [`train_on`].
 pub fn train(
     recipe: &Recipe,
     lesson: &Lesson,
@@ -87,7 +87,29 @@ pub fn train(
     identity: &str,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Trained> {
-    let mut trainer = Trainer::new(recipe, lesson);
+    let device = device::cpu();
+    train_on(
+        &device, recipe, lesson, checkpoint, resume, identity, progress,
+    )
+}
+
+/// Trains a recipe on a lesson, with the networks on a device.
+///
+/// A checkpoint is kept at `checkpoint` where given, in place of whatever stood there; with `resume`, training goes on from it, and ends in the same bits
+/// as if it had never stopped. It starts afresh where there is no checkpoint yet.
+///
+/// # Errors
+/// Where a checkpoint belongs to another training or is damaged, or can't be written.
+pub fn train_on(
+    device: &Device,
+    recipe: &Recipe,
+    lesson: &Lesson,
+    checkpoint: Option<&Path>,
+    resume: bool,
+    identity: &str,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Trained> {
+    let mut trainer = Trainer::new(recipe, lesson, device);
     if let Some(path) = checkpoint.filter(|path| resume && path.exists()) {
         trainer.now = checkpoint::read(path, identity, recipe, &trainer.now.nets)?;
     }
@@ -140,15 +162,14 @@ const NOISE: usize = 1 << 20;
 
 impl<'a> Trainer<'a> {
     /// Before the first step: networks of random weights, drawn from the recipe's seed.
-    pub fn new(recipe: &'a Recipe, lesson: &'a Lesson) -> Self {
-        let device = Device::flex();
+    pub fn new(recipe: &'a Recipe, lesson: &'a Lesson, device: &Device) -> Self {
         let weights = Weights::random(
             &recipe.network,
             lesson.input.width(),
             recipe.features,
             &mut Seed(recipe.seed).stream("initial weights"),
         );
-        let nets = Nets::new(&weights, &device);
+        let nets = Nets::new(&weights, device);
         let mut random = Seed(recipe.seed).stream("noise");
         let noise = match recipe.descent.input_noise {
             0.0 => Vec::new(),
@@ -160,9 +181,9 @@ impl<'a> Trainer<'a> {
             noise,
             recipe,
             lesson,
-            inputs: tensor(lesson.inputs.view(), &device),
+            inputs: tensor(lesson.inputs.view(), device),
             now: Checkpoint::start(nets, Descent::new(&recipe.descent)),
-            device,
+            device: device.clone(),
         }
     }
 
