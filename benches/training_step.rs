@@ -2,6 +2,7 @@
 //! K = 2,400 snapshots along a route of 89 m.
 
 use ballmark::{
+    detector::device::cpu,
     geometry::Pose,
     learning::{Recipe, lesson::Lesson, trainer::Trainer},
     recording::{Channel, Columns, Recording, split::Split},
@@ -55,7 +56,7 @@ fn training_step(criterion: &mut Criterion) {
             ..Recipe::default()
         };
         let lesson = Lesson::prepare(&recipe, &recording, &everything).expect("enough snapshots");
-        let mut trainer = Trainer::new(&recipe, &lesson);
+        let mut trainer = Trainer::new(&recipe, &lesson, &cpu());
         group.bench_function(name, |bencher| {
             bencher.iter(|| trainer.step().expect("a finite objective"));
         });

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     belief::Uncertainty,
-    detector::Detector,
+    detector::{Detector, device},
     error::Result,
     experiment::{
         contenders::Parts,
@@ -126,6 +126,7 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
     Ok(train::learn(
         &recipe,
         recording,
+        &device::cpu(),
         None,
         false,
         &format!("learning for {uncertainty}"),

@@ -3,6 +3,7 @@
 use super::{Outcome, config::Experiment, print, progress::Progress, warn};
 use crate::{
     belief::Uncertainty,
+    detector::device::{Device, DeviceChoice},
     error::{Error, Result},
     learning::{Recipe, lesson::Lesson, recipe::Named, trainer, trainer::Score},
     model::Model,
@@ -51,9 +52,9 @@ pub struct Arguments {
     /// Keep this one of the folds for testing (counted from 0; four folds unless the configuration says otherwise).
     #[arg(long, value_name = "K")]
     test_fold: Option<usize>,
-    /// Device for the networks.
-    #[arg(long, value_name = "DEVICE", default_value = "cpu", value_parser = ["cpu"])]
-    device: String,
+    /// Where the networks compute: `cpu`, or where it is built in `cuda`, `wgpu`, `metal` or `rocm`.
+    #[arg(long, value_name = "DEVICE", default_value_t)]
+    device: DeviceChoice,
     /// Go on from the checkpoint of the same training, where there is one.
     #[arg(long)]
     resume: bool,
@@ -71,11 +72,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     recipe.split.test_fold = arguments.test_fold.or(recipe.split.test_fold);
     recipe.check()?;
     Model::check_name(&arguments.output)?;
+    let device = arguments.device.open()?;
     let recording = npz::read(&arguments.dataset)?;
     let started = Instant::now();
     let learned = learn(
         &recipe,
         &recording,
+        &device,
         Some(&arguments.output),
         arguments.resume,
         "learning",
@@ -117,6 +120,7 @@ pub(super) struct Learned {
 pub(super) fn learn(
     recipe: &Recipe,
     recording: &Recording,
+    device: &Device,
     output: Option<&Path>,
     resume: bool,
     what: &str,
@@ -132,7 +136,8 @@ pub(super) fn learn(
     let checkpoint = output.and_then(checkpoint_of);
     let lesson = Lesson::prepare(recipe, recording, &split)?;
     let mut progress = Progress::new(what, recipe.descent.steps * recipe.descent.restarts);
-    let trained = trainer::train_best(
+    let trained = trainer::train_on(
+        device,
         recipe,
         &lesson,
         checkpoint.as_deref(),

@@ -1,5 +1,6 @@
 //! Snapshot → P(f_i = 1): what the robot recognises, learned or made by hand.
 
+pub mod device;
 pub mod input;
 pub mod net;
 pub mod random_projection;

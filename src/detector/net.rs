@@ -269,10 +269,11 @@ impl Nets {
 /// The values of a tensor in row order.
 ///
 /// # Errors
-/// Where the device holds other numbers than f32.
+/// Where the device failed in its work, or holds other numbers than f32.
 pub fn values<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>> {
     tensor
-        .into_data()
+        .try_into_data()
+        .map_err(|e| Error::work(format!("the device failed: {e}")))?
         .try_to_vec::<f32>()
         .map_err(|e| Error::work(format!("the device's numbers are not f32: {e:?}")))
 }
@@ -291,14 +292,13 @@ pub struct NetDetector {
 }
 
 impl NetDetector {
-    /// A detector on the CPU.
-    pub fn new(input: Input, weights: &Weights) -> Self {
-        let device = Device::flex();
+    /// A detector on a device.
+    pub fn new(input: Input, weights: &Weights, device: &Device) -> Self {
         Self {
             input,
-            nets: Nets::new(weights, &device),
+            nets: Nets::new(weights, device),
             features: weights.features(),
-            device,
+            device: device.clone(),
         }
     }
 

@@ -10,7 +10,7 @@ use crate::{
     error::{Error, Result},
     storage,
 };
-use burn::tensor::{Device, Tensor, TensorData};
+use burn::tensor::{Tensor, TensorData};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use std::{collections::HashMap, io, path::Path};
 
@@ -146,7 +146,7 @@ fn undamaged(bytes: &[u8]) -> Option<&[u8]> {
 /// # Errors
 /// Where the file is damaged, or belongs to a training with another recipe or other data.
 pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result<Checkpoint> {
-    let device = Device::flex();
+    let device = like.weight[0].device(); // networks have a first layer
     let file = storage::read_file(path)?;
     let damaged = |what: &str| {
         Error::input(

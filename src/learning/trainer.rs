@@ -9,7 +9,9 @@ use super::{
     recipe::Recipe,
 };
 use crate::{
-    detector::net::{Nets, Weights, values},
+    detector::{
+        net::{Nets, Weights, values},
+    },
     error::{Error, Result},
     seed::Seed,
 };
@@ -18,7 +20,9 @@ use ndarray::{Array2, ArrayView2, Axis};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+pub use restarts::{remove_checkpoints, train, train_on};
 
 /// What training says while it runs.
 #[derive(Debug, Clone, Copy)]
@@ -73,12 +77,9 @@ pub struct Trained {
     pub stopped_by: StoppedBy,
 }
 
-/// Trains a recipe on a lesson as often as `restarts` asks, each time from other random weights, and keeps the training of
-/// the least validation error (of the least training error where nothing can be validated). The first is [`train`] itself.
-///
-/// # Errors
-/// As [`train`].
-pub fn train_best(
+/// One training, from the weights that the recipe's seed gives.
+fn train_once(
+    device: &Device,
     recipe: &Recipe,
     lesson: &Lesson,
     checkpoint: Option<&Path>,
@@ -86,96 +87,9 @@ pub fn train_best(
     identity: &str,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Trained> {
-    let judged = |t: &Trained| t.validation.unwrap_or(t.train).error_reduction;
-    let mut best: Option<Trained> = None;
-    let checkpoints = |restart: usize| checkpoint.map(|path| checkpoint_of(path, restart));
-    if !resume {
-        remove_checkpoints(checkpoint, recipe.descent.restarts)?;
-    }
-    for restart in 0..recipe.descent.restarts {
-        let recipe = Recipe {
-            seed: restart_seed(recipe.seed, restart),
-            ..recipe.clone()
-        };
-        let before = restart * recipe.descent.steps;
-        let mut progress = |p: Progress| {
-            progress(Progress {
-                step: before + p.step,
-                ..p
-            });
-        };
-        let trained = train(
-            &recipe,
-            lesson,
-            checkpoints(restart).as_deref(),
-            resume,
-            identity,
-            &mut progress,
-        )?;
-        if best
-            .as_ref()
-            .is_none_or(|best| judged(&trained) > judged(best))
-        {
-            best = Some(trained);
-        }
-    }
-    best.ok_or_else(|| Error::usage("descent.restarts = 0: expected at least 1"))
-}
-
-/// The seed of a restart; that of the first is the recipe's own.
-fn restart_seed(seed: u64, restart: usize) -> u64 {
-    match restart {
-        0 => seed,
-        _ => Seed(seed)
-            .numbered_stream("restart", restart as u64)
-            .random(),
-    }
-}
-
-/// Where the checkpoint of a restart is kept: at `path` itself for the first, numbered for the others.
-fn checkpoint_of(path: &Path, restart: usize) -> PathBuf {
-    let mut name = path.as_os_str().to_os_string();
-    if restart > 0 {
-        name.push(format!("-{restart}"));
-    }
-    name.into()
-}
-
-/// Removes the checkpoints of a training of so many restarts.
-///
-/// # Errors
-/// Where one is there and can't be removed.
-pub fn remove_checkpoints(checkpoint: Option<&Path>, restarts: usize) -> Result<()> {
-    for path in (0..restarts).filter_map(|r| checkpoint.map(|path| checkpoint_of(path, r))) {
-        if path.exists() {
-            std::fs::remove_file(&path).map_err(|e| Error::io("cannot remove", &path, e))?;
-        }
-    }
-    Ok(())
-}
-
-/// Trains a recipe on a lesson.
-///
-/// A checkpoint is kept at `checkpoint` where given, in place of whatever stood there; with `resume`, training goes on from it, and ends in the same bits
-/// as if it had never stopped. It starts afresh where there is no checkpoint yet.
-///
-/// # Errors
-/// Where a checkpoint belongs to another training or is damaged, or can't be written.
-pub fn train(
-    recipe: &Recipe,
-    lesson: &Lesson,
-    checkpoint: Option<&Path>,
-    resume: bool,
-    identity: &str,
-    progress: &mut dyn FnMut(Progress),
-) -> Result<Trained> {
-    let mut trainer = Trainer::new(recipe, lesson);
+    let mut trainer = Trainer::new(recipe, lesson, device);
     if let Some(path) = checkpoint.filter(|path| resume && path.exists()) {
         trainer.now = checkpoint::read(path, identity, recipe, &trainer.now.nets)?;
-    }
-    if let Some(path) = checkpoint.filter(|path| !resume && path.exists()) {
-        // Another training's, or an older one's: it must not be taken up after this one is stopped.
-        std::fs::remove_file(path).map_err(|e| Error::io("cannot replace", path, e))?;
     }
     let stopped_by = loop {
         let step = trainer.steps();
@@ -222,15 +136,14 @@ const NOISE: usize = 1 << 20;
 
 impl<'a> Trainer<'a> {
     /// Before the first step: networks of random weights, drawn from the recipe's seed.
-    pub fn new(recipe: &'a Recipe, lesson: &'a Lesson<'a>) -> Self {
-        let device = Device::flex();
+    pub fn new(recipe: &'a Recipe, lesson: &'a Lesson<'a>, device: &Device) -> Self {
         let weights = Weights::random(
             &recipe.network,
             lesson.input.width(),
             recipe.features,
             &mut Seed(recipe.seed).stream("initial weights"),
         );
-        let mut nets = Nets::new(&weights, &device);
+        let mut nets = Nets::new(&weights, device);
         nets.gain = recipe.network.gain;
         let mut random = Seed(recipe.seed).stream("noise");
         let noise = match recipe.augmentation.input_noise {
@@ -243,9 +156,9 @@ impl<'a> Trainer<'a> {
             noise,
             recipe,
             lesson,
-            inputs: tensor(lesson.inputs.view(), &device),
+            inputs: tensor(lesson.inputs.view(), device),
             now: Checkpoint::start(nets, Descent::new(&recipe.descent)),
-            device,
+            device: device.clone(),
         }
     }
 
@@ -426,5 +339,6 @@ fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3>>> {
     Ok(slopes.into_iter().map(shorten).collect())
 }
 
+mod restarts;
 #[cfg(test)]
 mod tests;

@@ -24,6 +24,7 @@ pub mod safetensors;
 use crate::{
     belief::{FeatureMap, OdometryMotion, Places, Uncertainty},
     detector::{
+        device,
         input::Input,
         net::{Activation, NetDetector, Weights},
     },
@@ -135,9 +136,9 @@ impl Model {
         self.weights.features()
     }
 
-    /// The learned detector.
+    /// The learned detector, on the CPU.
     pub fn detector(&self) -> NetDetector {
-        NetDetector::new(self.header.input.clone(), &self.weights)
+        NetDetector::new(self.header.input.clone(), &self.weights, &device::cpu())
     }
 
     /// The training places: along the route where there is one, else in the plane.
