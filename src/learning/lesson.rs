@@ -4,6 +4,7 @@ use super::{
     objective::Evaluation,
     recipe::{Objective, Recipe},
     task::Task,
+    trainer::Score,
 };
 use crate::{
     belief::Places,
@@ -118,6 +119,15 @@ impl<'a> Lesson<'a> {
         Ok((e, gradient))
     }
 
+    /// What the training part makes of its own places, with the map that localisation uses.
+    ///
+    /// # Errors
+    /// Where there are too many features for the exact objective.
+    pub fn judge(&self, activation: ArrayView2<f32>) -> Result<Score> {
+        let truth = activation.select(Axis(0), &self.truths);
+        self.task.judge(truth.view(), activation)
+    }
+
     /// The held-out objective: truths are the validation snapshots, the map is what training has made of its places.
     ///
     /// # Errors
@@ -127,8 +137,8 @@ impl<'a> Lesson<'a> {
         exam: &Exam,
         truth: ArrayView2<f32>,
         training: ArrayView2<f32>,
-    ) -> Result<Evaluation> {
-        exam.task.evaluate(truth, training, true)
+    ) -> Result<Score> {
+        exam.task.judge(truth, training)
     }
 }
 

@@ -6,12 +6,13 @@ use super::{
     prior_operator::PriorOperator,
     recipe::{Objective, Recipe},
     smoothing::Smoothing,
+    trainer::Score,
 };
 use crate::{
     belief::{Places, Uncertainty},
     error::Result,
 };
-use ndarray::{Array1, ArrayView2};
+use ndarray::{Array1, Array2, ArrayView2};
 
 /// Truths and candidates with the prior that joins them, and the map that is made of the candidates.
 ///
@@ -100,11 +101,7 @@ impl Task {
         candidates: ArrayView2<f32>,
         with_map: bool,
     ) -> Result<Evaluation> {
-        let candidates = candidates.mapv(f64::from);
-        let map = match with_map {
-            true => self.smoothing.apply(candidates.view()),
-            false => candidates,
-        };
+        let map = self.map(candidates, with_map);
         let mut e = match &self.priors {
             Joined::Exact(operator, weight) => {
                 let truth = truth.mapv(f64::from);
@@ -119,5 +116,40 @@ impl Task {
             e.map_gradient = self.smoothing.back(e.map_gradient.view());
         }
         Ok(e)
+    }
+
+    /// The objective with the map and without a gradient: what is reported.
+    ///
+    /// # Errors
+    /// Where there are too many features for the exact objective.
+    pub fn judge(&self, truth: ArrayView2<f32>, candidates: ArrayView2<f32>) -> Result<Score> {
+        let map = self.map(candidates, true);
+        let (prior_error_m, posterior_error_m) = match &self.priors {
+            Joined::Exact(operator, weight) => {
+                let truth = truth.mapv(f64::from);
+                let e = objective::evaluate(operator, truth.view(), map.view(), weight.view())?;
+                (e.prior_error_m, e.posterior_error_m)
+            }
+            Joined::MeanField(priors, weight) => {
+                let map = map.mapv(|m| m as f32);
+                let error_m = mean_field::error_m(priors, truth, map.view(), weight.view());
+                let prior = priors.prior_error_m();
+                (prior.iter().zip(weight).map(|(e, w)| e * w).sum(), error_m)
+            }
+        };
+        Ok(Score {
+            prior_error_m,
+            posterior_error_m,
+            error_reduction: 1.0 - posterior_error_m / prior_error_m,
+            snapshots: truth.nrows(),
+        })
+    }
+
+    fn map(&self, candidates: ArrayView2<f32>, with_map: bool) -> Array2<f64> {
+        let candidates = candidates.mapv(f64::from);
+        match with_map {
+            true => self.smoothing.apply(candidates.view()),
+            false => candidates,
+        }
     }
 }

@@ -4,7 +4,6 @@ use super::{
     checkpoint::{self, Checkpoint},
     draw::Draw,
     lesson::Lesson,
-    objective::Evaluation,
     optimiser::Descent,
     recipe::Recipe,
 };
@@ -97,7 +96,7 @@ fn train_once(
             let validation = trainer.validate(&trainer.now.nets)?;
             trainer
                 .now
-                .look(step, validation.map(|e| e.error_reduction()));
+                .look(step, validation.map(|e| e.error_reduction));
             progress(trainer.now.progress(recipe));
         }
         if step >= recipe.descent.steps {
@@ -260,7 +259,7 @@ impl<'a> Trainer<'a> {
     }
 
     /// The validation part under some networks, where there is one.
-    fn validate(&self, nets: &Nets) -> Result<Option<Evaluation>> {
+    fn validate(&self, nets: &Nets) -> Result<Option<Score>> {
         let Some(exam) = &self.lesson.exam else {
             return Ok(None);
         };
@@ -276,35 +275,15 @@ impl<'a> Trainer<'a> {
             Some(_) => &self.now.best_nets,
             None => &self.now.nets,
         };
-        let activation = nets.forward(self.inputs.clone());
-        // Judged with the map, whatever was trained on: so scores of different recipes can be compared.
-        let (train, _) = self
-            .lesson
-            .objective(array(activation.clone())?.view(), true)?;
-        let counted = self
-            .lesson
-            .exam
-            .as_ref()
-            .map_or(0, |exam| exam.inputs.nrows());
-        let shape = (self.lesson.inputs.nrows(), self.recipe.features);
+        let activation = array(nets.forward(self.inputs.clone()))?;
         Ok(Trained {
             weights: nets.weights()?,
-            activation: Array2::from_shape_vec(shape, values(activation)?)
-                .map_err(|e| Error::work(e.to_string()))?,
-            train: score(&train, shape.0),
-            validation: self.validate(nets)?.map(|e| score(&e, counted)),
+            train: self.lesson.judge(activation.view())?,
+            activation,
+            validation: self.validate(nets)?,
             steps: self.steps(),
             stopped_by,
         })
-    }
-}
-
-fn score(e: &Evaluation, snapshots: usize) -> Score {
-    Score {
-        prior_error_m: e.prior_error_m,
-        posterior_error_m: e.posterior_error_m,
-        error_reduction: e.error_reduction(),
-        snapshots,
     }
 }
 

@@ -1,5 +1,6 @@
 use super::*;
 use crate::{
+    belief::{Places, Uncertainty},
     geometry::Pose, learning::objective, learning::prior_operator::PriorOperator, seed::Seed,
 };
 use ndarray::array;
@@ -34,6 +35,8 @@ fn gradients_are_central_differences() {
         evaluate(&priors, truth.view(), map.view(), weight.view()).posterior_error_m
     };
     let e = evaluate(&priors, truth.view(), map.view(), weight.view());
+    let alone = error_m(&priors, truth.view(), map.view(), weight.view());
+    assert_eq!(e.posterior_error_m.to_bits(), alone.to_bits());
     let h = 5e-3f32;
     for at in [[0, 0], [7, 3], [19, 4]] {
         let moved = |by: f32| {

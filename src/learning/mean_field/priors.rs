@@ -1,0 +1,118 @@
+//! Who might be where, a prior a truth.
+
+use crate::belief::{Places, Uncertainty};
+use ndarray::{Array1, Array2, ArrayView1, Axis};
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// Who might be where: truths, each with a prior uncertainty of its own, and the candidates they may be mistaken for.
+pub struct Priors {
+    uncertainty: Vec<Uncertainty>,
+    truths: Places,
+    candidates: Places,
+    /// e of every pair, `[truth, candidate]`, where there are not too many to keep: a step's.
+    kept: Option<Array2<f32>>,
+    prior_error_m: Array1<f64>,
+    sizes: Vec<usize>,
+}
+
+/// Most pairs whose error is kept: 64 MiB.
+const MOST_KEPT: usize = 1 << 24;
+
+/// The error of a candidate that the prior does not admit.
+pub(super) const NOT_ADMITTED: f32 = f32::INFINITY;
+
+impl Priors {
+    /// One uncertainty a truth.
+    ///
+    /// # Panics
+    /// Where there are not as many uncertainties as truths.
+    pub fn new(uncertainty: Vec<Uncertainty>, truths: Places, candidates: Places) -> Self {
+        assert_eq!(uncertainty.len(), truths.len(), "one uncertainty a truth");
+        let (rows, columns) = (truths.len(), candidates.len());
+        let mut priors = Self {
+            uncertainty,
+            truths,
+            candidates,
+            kept: None,
+            prior_error_m: Array1::zeros(rows),
+            sizes: vec![0; rows],
+        };
+        if rows.saturating_mul(columns) <= MOST_KEPT {
+            let mut kept = Array2::zeros((rows, columns));
+            kept.axis_iter_mut(Axis(0))
+                .into_par_iter()
+                .enumerate()
+                .for_each(|(t, mut row)| row.assign(&ArrayView1::from(&priors.errors_m(t))));
+            priors.kept = Some(kept);
+        }
+        let told: Vec<(f64, usize)> = (0..rows)
+            .into_par_iter()
+            .map(|t| {
+                let errors = priors.errors_m(t);
+                let admitted = errors.iter().filter(|&&e| e != NOT_ADMITTED);
+                let (sum, size) =
+                    admitted.fold((0.0, 0), |(sum, n), &e| (sum + f64::from(e), n + 1));
+                (sum / size.max(1) as f64, size)
+            })
+            .collect();
+        priors.prior_error_m = told.iter().map(|t| t.0).collect();
+        priors.sizes = told.into_iter().map(|t| t.1).collect();
+        priors
+    }
+
+    /// e(ξ*, ξ) of one truth to every candidate in metres; [`NOT_ADMITTED`] outside its prior.
+    pub(super) fn errors_m(&self, truth: usize) -> Cow<'_, [f32]> {
+        if let Some(kept) = self
+            .kept
+            .as_ref()
+            .and_then(|kept| kept.row(truth).to_slice())
+        {
+            return Cow::Borrowed(kept);
+        }
+        let (uncertainty, truths) = (self.uncertainty[truth], &self.truths);
+        let error_m = |candidate| {
+            let distance_m = truths.distance_m(truth, &self.candidates, candidate);
+            let turn_rad = || truths.turn_rad(truth, &self.candidates, candidate);
+            match uncertainty.admits_at(distance_m, turn_rad) {
+                true => distance_m as f32,
+                false => NOT_ADMITTED,
+            }
+        };
+        Cow::Owned((0..self.candidates.len()).map(error_m).collect())
+    }
+
+    /// Expected error of every truth before sensing, in metres; 0 where nothing is admitted.
+    pub fn prior_error_m(&self) -> ArrayView1<'_, f64> {
+        self.prior_error_m.view()
+    }
+
+    /// Candidates that every truth's prior admits.
+    pub fn window_sizes(&self) -> &[usize] {
+        &self.sizes
+    }
+
+    /// Weights of the truths that sum to 1: those that have something to be mistaken for, in equal shares.
+    pub fn equal_weights(&self) -> Array1<f64> {
+        self.shares(|_| 1.0)
+    }
+
+    /// Weights that make the objective the mean of each truth's posterior error *as a share of its prior error*, times the
+    /// mean prior error: so that a narrow window counts as much as a wide one.
+    pub fn relative_weights(&self) -> Array1<f64> {
+        self.shares(|t| 1.0 / self.prior_error_m[t])
+    }
+
+    fn shares(&self, of: impl Fn(usize) -> f64) -> Array1<f64> {
+        let counts = |t: usize| self.sizes[t] > 1 && self.prior_error_m[t] > 0.0;
+        let mut shares: Array1<f64> = (0..self.truths.len())
+            .map(|t| if counts(t) { of(t) } else { 0.0 })
+            .collect();
+        let sum = shares.sum();
+        if sum > 0.0 {
+            shares /= sum;
+        }
+        shares
+    }
+}
+
