@@ -45,7 +45,7 @@ impl Draw {
             ));
         }
         let truths = some(&truths, recipe.descent.queries, &mut random);
-        let candidates = some(&candidates, recipe.descent.places, &mut random);
+        let candidates = stretches(&candidates, recipe.descent.places, &mut random);
         let uncertainty = truths.iter().map(|_| draw_uncertainty(recipe, &mut random));
         let uncertainty = uncertainty.collect();
 
@@ -86,6 +86,21 @@ fn some(indices: &[usize], count: usize, random: &mut Stream) -> Vec<usize> {
     let mut drawn: Vec<usize> = drawn.into_iter().map(|i| indices[i]).collect();
     drawn.sort_unstable();
     drawn
+}
+
+/// Snapshots that are drawn together as candidates: the map of a place is made of its neighbours, which a draw must not
+/// tear away from it.
+const STRETCH: usize = 16;
+
+/// About so many of some indices, ascending, in stretches of consecutive ones.
+fn stretches(indices: &[usize], count: usize, random: &mut Stream) -> Vec<usize> {
+    if count == 0 || count >= indices.len() {
+        return indices.to_vec();
+    }
+    let stretches: Vec<&[usize]> = indices.chunks(STRETCH).collect();
+    let numbers: Vec<usize> = (0..stretches.len()).collect();
+    let drawn = some(&numbers, count.div_ceil(STRETCH), random);
+    drawn.into_iter().flat_map(|s| stretches[s]).copied().collect()
 }
 
 /// The uncertainty of one truth.

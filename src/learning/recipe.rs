@@ -58,7 +58,7 @@ pub struct DescentConfig {
     pub steps: usize,
     /// Truths of a step, drawn anew for each; 0: all training snapshots at every step.
     pub queries: usize,
-    /// Candidate places of a step, drawn anew for each; 0: all training snapshots.
+    /// Candidate places of a step, drawn anew for each in short stretches; 0: all training snapshots.
     pub places: usize,
     /// Steps between two looks at the validation part.
     pub validate_every: usize,
@@ -249,11 +249,11 @@ impl Default for DescentConfig {
             schedule: Schedule::Cosine,
             weight_decay: 0.3,
             gradient_limit: 1.0,
-            steps: 2000,
+            steps: 4000,
             queries: 192,
-            places: 500,
+            places: 1500,
             validate_every: 50,
-            patience: 2000,
+            patience: 4000,
             checkpoint_every: 100,
             map_in_objective: true,
             leave_run_out: false,
