@@ -8,6 +8,7 @@ pub mod log;
 pub mod npz;
 pub mod ranges;
 pub mod split;
+pub mod viewpoint;
 
 use crate::{
     error::{Error, Result},
