@@ -9,3 +9,4 @@ mod model;
 mod score;
 mod support;
 mod train;
+mod viewpoint;
