@@ -277,6 +277,7 @@ impl Viewpoint {
                 near
             } else {
                 // t · direction = right + s · along, solved for t
+                // (rounding may carry it past the ends of a piece looked at almost along itself)
                 let t = area / cross(beam.direction, along);
                 if t >= 0.0 { t.min(far) } else { near }
             };
