@@ -155,7 +155,7 @@ fn localise(
         config.resamples = 100;
     }
     write_config(&arguments.out, &config, model, recording)?;
-    let mut progress = Progress::new("localising", if baselines { 5 } else { 2 });
+    let mut progress = Progress::new("localising", parts.contenders(model));
     let mut played = 0;
     let record = global::localise(model, &parts, &config, &mut |who| {
         progress.at(played, if played == 0 { title } else { who });

@@ -88,7 +88,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         );
     }
     let started = Instant::now();
-    let mut progress = Progress::new("localising", if parts.school.is_some() { 5 } else { 2 });
+    let mut progress = Progress::new("localising", parts.contenders(&model));
     let mut played = 0;
     let record = global::localise(&model, &parts, &config, &mut |who| {
         progress.at(played, who);

@@ -1,17 +1,16 @@
 //! Who takes part: the learned filters, and what a user would have without learning.
 
-use super::held_out;
+use super::{
+    held_out,
+    kernels::{kernels, moves_show},
+};
 use crate::{
     belief::{Evidence, FeatureMap, Grid, MapConfig, Neighbours, Places, Uncertainty},
-    detector::{
-        Detector,
-        input::{Input, InputConfig, SectorValue},
-        random_projection::RandomProjection,
-    },
+    detector::{Detector, input::Input, random_projection::RandomProjection},
     error::{Error, Result},
     geometry::Pose,
     learning::{lesson::covered, trainer::Score},
-    localiser::{SensorModel, features::FeatureModel, kernel::KernelModel},
+    localiser::{SensorModel, features::FeatureModel},
     model::Model,
     recording::Recording,
     seed::Seed,
@@ -112,6 +111,13 @@ impl<'a> Parts<'a> {
         })
     }
 
+    /// Number of those who will take part.
+    pub fn contenders(&self, model: &Model) -> usize {
+        let input = &model.header.recipe.input;
+        let baselines = |school: &School| 3 + usize::from(moves_show(input, &school.recording));
+        2 + self.school.as_ref().map_or(0, baselines)
+    }
+
     /// Unseen snapshots at places that training saw.
     pub fn covered(&self, model: &Model) -> Vec<usize> {
         covered(&self.places, &self.unseen, &model.places())
@@ -189,8 +195,10 @@ pub struct Contender {
     pub name: &'static str,
     /// In words, for tables.
     pub title: String,
-    /// Of the kernel, as tuned on the validation part for a global prior.
+    /// Of a kernel, as tuned on the validation part for a global prior.
     pub bandwidth: Option<f64>,
+    /// What the map keeps of a place besides its pose, in bytes.
+    pub bytes_per_place: Option<usize>,
     /// Error reduction of one snapshot on the unseen part, under the priors asked for.
     pub held_out: Vec<Score>,
     /// Likelihood of every cell; `None`: odometry alone.
@@ -236,12 +244,13 @@ pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
             name: "learned",
             title: format!("{} learned features", model.features()),
             bandwidth: None,
+            bytes_per_place: Some(size_of::<f32>() * model.features()),
             held_out,
             sensor: Some(Box::new(sensor)),
         }
     }];
     if let Some(school) = &parts.school {
-        all.push(arena.kernel(school, &places, cells.clone())?);
+        all.extend(kernels(arena, school, &cells)?);
         let narrow = (model.features(), *evidence, "random_bits");
         for (bits, evidence, name) in [narrow, (WIDE_BITS, Evidence::MeanField, "random_bits_64")] {
             all.push(arena.random_bits(school, &cells, config, (bits, evidence, name))?);
@@ -251,6 +260,7 @@ pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
         name: "odometry_only",
         title: "odometry alone".into(),
         bandwidth: None,
+        bytes_per_place: None,
         held_out: Vec::new(),
         sensor: None,
     });
@@ -258,49 +268,6 @@ pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
 }
 
 impl Arena<'_> {
-    fn kernel(&self, school: &School, places: &Places, cells: Neighbours) -> Result<Contender> {
-        // Raw scans, nearest reading of each sector; one common scale a channel keeps distances in proportion.
-        let config = InputConfig {
-            sector_values: vec![SectorValue::Nearest],
-            ..self.model.header.recipe.input.clone()
-        };
-        let input = Input::fit(&config, &school.recording, &school.training)?.with_common_scale();
-        let of_school = input.of(&school.recording)?;
-        let training = of_school.select(Axis(0), &school.training);
-        let run = input.of(self.parts.run)?;
-        let school_places = Places::of(&school.recording);
-        let validation = covered(&school_places, &school.validation, places);
-        let tuned = |prior: Uncertainty| {
-            let truths = held_out::counted(prior, &school_places, &validation, places);
-            let seen = of_school.select(Axis(0), &truths);
-            held_out::tuned_bandwidth(
-                prior,
-                (&school_places.select(&truths), seen.view()),
-                (places, training.view()),
-            )
-        };
-        let held_out = self.on_counted(|prior, truths| {
-            let seen = run.select(Axis(0), truths);
-            let truths = self.parts.places.select(truths);
-            Ok(held_out::by_kernel(
-                prior,
-                (&truths, seen.view()),
-                (places, training.view()),
-                tuned(prior),
-            ))
-        })?;
-        let bandwidth = tuned(Uncertainty::Global);
-        let chance = self.model.header.recipe.map.unmodelled_probability;
-        let sensor = KernelModel::new(run.view(), training.view(), cells, bandwidth, chance);
-        Ok(Contender {
-            name: "kernel",
-            title: "raw-scan kernel".into(),
-            bandwidth: Some(bandwidth),
-            held_out,
-            sensor: Some(Box::new(sensor)),
-        })
-    }
-
     fn random_bits(
         &self,
         school: &School,
@@ -325,6 +292,7 @@ impl Arena<'_> {
             name,
             title: format!("{bits} random bits"),
             bandwidth: None,
+            bytes_per_place: Some(bits.div_ceil(8)),
             held_out,
             sensor: Some(Box::new(sensor)),
         })
@@ -349,7 +317,7 @@ impl Arena<'_> {
         })
     }
 
-    fn on_counted(
+    pub(super) fn on_counted(
         &self,
         score: impl Fn(Uncertainty, &[usize]) -> Result<Score>,
     ) -> Result<Vec<Score>> {

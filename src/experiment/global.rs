@@ -135,9 +135,11 @@ pub struct Standing {
     pub name: &'static str,
     /// In words.
     pub title: String,
-    /// Of the kernel, in deviations of the inputs.
+    /// Of a kernel, in deviations of the inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<f64>,
+    /// What the map keeps of a place besides its pose, in bytes; null where there is no map.
+    pub bytes_per_place: Option<usize>,
     /// Trials that start anywhere.
     #[serde(flatten)]
     pub global: Course,
@@ -245,6 +247,7 @@ pub fn localise(
             name: contender.name,
             title: contender.title,
             bandwidth: contender.bandwidth,
+            bytes_per_place: contender.bytes_per_place,
             global,
             tracking,
             held_out: scores

@@ -11,7 +11,6 @@ use crate::{
         prior_operator::PriorOperator,
         trainer::Score,
     },
-    localiser::kernel::mean_squares,
 };
 use ndarray::{Array2, ArrayView1, ArrayView2};
 use rayon::prelude::*;
@@ -126,14 +125,15 @@ pub fn by_bits(
     })
 }
 
-/// Error reduction by the raw-scan kernel of bandwidth h.
+/// Error reduction by the raw-scan kernel of bandwidth h; `square` are the distances of the truths from the training
+/// scans of the candidates, `[truth, candidate]`.
 pub fn by_kernel(
     uncertainty: Uncertainty,
-    (truths, inputs): (&Places, ArrayView2<f32>),
-    (candidates, training): (&Places, ArrayView2<f32>),
+    truths: &Places,
+    candidates: &Places,
+    square: ArrayView2<f32>,
     bandwidth: f64,
 ) -> Score {
-    let square = mean_squares(inputs, training);
     let weight = -0.5 / (bandwidth * bandwidth);
     by_likelihood(uncertainty, truths, candidates, |truth| {
         square
@@ -144,19 +144,20 @@ pub fn by_kernel(
     })
 }
 
-/// The bandwidth of least error on the validation part, given as places and inputs; in the middle of the range where
-/// nothing can be validated.
+/// The bandwidth of least error on the validation part, given as its places and their distances `[validation, candidate]`
+/// from the candidates' scans; in the middle of the range where nothing can be validated.
 pub fn tuned_bandwidth(
     uncertainty: Uncertainty,
-    validation: (&Places, ArrayView2<f32>),
-    training: (&Places, ArrayView2<f32>),
+    validation: &Places,
+    candidates: &Places,
+    square: ArrayView2<f32>,
 ) -> f64 {
     let mut best = (BANDWIDTHS[BANDWIDTHS.len() / 2], f64::INFINITY);
-    if !validation.0.is_empty() {
+    if !validation.is_empty() {
         for h in BANDWIDTHS {
-            let error = by_kernel(uncertainty, validation, training, h).posterior_error_m;
-            if error < best.1 {
-                best = (h, error);
+            let score = by_kernel(uncertainty, validation, candidates, square, h);
+            if score.posterior_error_m < best.1 {
+                best = (h, score.posterior_error_m);
             }
         }
     }
@@ -169,6 +170,7 @@ mod tests {
     use crate::{
         belief::{Belief, Evidence, bayes},
         geometry::Pose,
+        localiser::kernel::least_mean_squares,
         seed::Seed,
     };
     use rand::RngExt;
@@ -247,25 +249,12 @@ mod tests {
     fn the_kernel_finds_what_looks_alike() {
         let places = Places::Route((0..20).map(f64::from).collect());
         let scans = Array2::from_shape_fn((20, 3), |(k, i)| (k * (i + 2)) as f32);
-        let sharp = by_kernel(
-            Uncertainty::Global,
-            (&places, scans.view()),
-            (&places, scans.view()),
-            0.1,
-        );
+        let square = least_mean_squares(scans.view(), std::slice::from_ref(&scans));
+        let by = |h: f64| by_kernel(Uncertainty::Global, &places, &places, square.view(), h);
+        let (sharp, blunt) = (by(0.1), by(1e6));
         assert!(sharp.error_reduction > 0.999, "{sharp:?}");
-        let blunt = by_kernel(
-            Uncertainty::Global,
-            (&places, scans.view()),
-            (&places, scans.view()),
-            1e6,
-        );
         assert!(blunt.error_reduction.abs() < 1e-6, "{blunt:?}");
-        let tuned = tuned_bandwidth(
-            Uncertainty::Global,
-            (&places, scans.view()),
-            (&places, scans.view()),
-        );
+        let tuned = tuned_bandwidth(Uncertainty::Global, &places, &places, square.view());
         assert!(tuned < 0.5, "{tuned}");
     }
 }

@@ -4,4 +4,5 @@ pub mod contenders;
 pub mod convergence;
 pub mod global;
 pub mod held_out;
+pub mod kernels;
 pub mod trials;

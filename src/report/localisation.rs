@@ -20,7 +20,7 @@ pub fn table(record: &Record) -> Table {
             .iter()
             .map(|prior| format!("{} %", plus_minus(prior))),
     );
-    headers.extend(["found %", "after m", "<1m at", "at 10m", "tracked"].map(String::from));
+    headers.extend(["found %", "in m", "<1m", "10m", "tracked", "bytes"].map(String::from));
     let mut table = Table::new(headers);
     for standing in &record.standings {
         let mut row = vec![Cell::Text(standing.title.clone())];
@@ -37,6 +37,8 @@ pub fn table(record: &Record) -> Table {
         row.push(Cell::number(global.mean_error_below_1m_at_m, 1));
         row.push(Cell::number(error_at(global, SHOWN_AT_M), 2));
         row.push(Cell::number(error_at(&standing.tracking, SHOWN_AT_M), 2));
+        let bytes = standing.bytes_per_place.map(|bytes| bytes as u64);
+        row.push(bytes.map_or(Cell::Missing, Cell::Count));
         table.row(row);
     }
     table.caption(format!(
@@ -56,9 +58,10 @@ pub fn table(record: &Record) -> Table {
         record.unseen
     ));
     for line in [
-        "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  after m = median metres until then (–: fewer than half)",
-        "<1m at = metres after which the mean expected error first falls under 1 m;\n  at 10m = that mean, in metres, over the trials that go 10 m",
+        "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  in m = median metres until then (–: fewer than half)",
+        "<1m = metres after which the mean expected error first falls under 1 m;\n  10m = that mean after 10 m, in metres, over the trials that go so far",
         "tracked = the same from a known start (–: no trial is that long)",
+        "bytes = what the map keeps of each place, besides its pose",
     ] {
         table.caption(line);
     }

@@ -38,6 +38,7 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     for title in [
         "2 learned features",
         "raw-scan kernel",
+        "kernel, 24 views",
         "2 random bits",
         "64 random bits",
         "odometry alone",
@@ -74,6 +75,7 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     for contender in [
         &told,
         &told["kernel"],
+        &told["kernel_views"],
         &told["random_bits"],
         &told["random_bits_64"],
         &told["odometry_only"],
@@ -92,6 +94,17 @@ fn every_contender_is_in_the_table_and_in_the_json() {
                 && mean <= interval[1].as_f64().unwrap() + 1e-9,
             "{row}"
         );
+    }
+    // 24 sonars, one reading each: a float a reading, in 25 views; bits; no map.
+    for (contender, bytes) in [
+        (&told, serde_json::json!(8)),
+        (&told["kernel"], serde_json::json!(96)),
+        (&told["kernel_views"], serde_json::json!(2400)),
+        (&told["random_bits"], serde_json::json!(1)),
+        (&told["random_bits_64"], serde_json::json!(8)),
+        (&told["odometry_only"], serde_json::Value::Null),
+    ] {
+        assert_eq!(contender["bytes_per_place"], bytes);
     }
     let files = [
         "config-2m.json",

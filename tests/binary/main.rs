@@ -10,3 +10,4 @@ mod model;
 mod score;
 mod support;
 mod train;
+mod viewpoint;

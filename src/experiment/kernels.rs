@@ -1,0 +1,143 @@
+//! The baselines that keep the scans themselves: each training scan once, and each in many moved views.
+
+use super::{
+    contenders::{Arena, Contender, School},
+    held_out,
+};
+use crate::{
+    belief::{Neighbours, Places, Uncertainty},
+    detector::input::{Input, InputConfig, SectorValue},
+    error::Result,
+    learning::lesson::covered,
+    localiser::kernel::{KernelModel, least_mean_squares},
+    recording::{
+        Recording,
+        viewpoint::{Moves, Views},
+    },
+};
+use ndarray::{Array2, Axis};
+
+/// Moved views that a scan is kept in besides the recorded one.
+const VIEWS: usize = 24;
+
+/// Do the channels that a model works from look different from a moved place? Then scans can be kept in views.
+pub(super) fn moves_show(input: &InputConfig, recording: &Recording) -> bool {
+    let wanted = |name: &String| input.channels.is_empty() || input.channels.contains(name);
+    recording
+        .channels()
+        .iter()
+        .any(|c| wanted(&c.name) && c.unit == "m" && c.bearing_rad.is_some())
+}
+
+/// The raw-scan kernel, and where moves show, the same with [`VIEWS`] moved views of every scan: 25 times the memory and
+/// the time.
+pub(super) fn kernels(
+    arena: &Arena,
+    school: &School,
+    cells: &Neighbours,
+) -> Result<Vec<Contender>> {
+    // Raw scans, nearest reading of each sector; one common scale a channel keeps distances in proportion.
+    let config = InputConfig {
+        sector_values: vec![SectorValue::Nearest],
+        ..arena.model.header.recipe.input.clone()
+    };
+    let input = Input::fit(&config, &school.recording, &school.training)?.with_common_scale();
+    let of_school = input.of(&school.recording)?;
+    let recorded = of_school.select(Axis(0), &school.training);
+    let queries = Queries {
+        of_school,
+        unseen: input
+            .of(arena.parts.run)?
+            .select(Axis(0), &arena.parts.unseen),
+    };
+
+    let mut views = vec![recorded];
+    let mut all = vec![queries.contend(arena, school, &views, cells.clone())?];
+    let drawing = Views::of(&school.recording)?.filter(|_| moves_show(&config, &school.recording));
+    if let Some(drawing) = drawing {
+        for view in 0..VIEWS {
+            let mut random = arena.seed.numbered_stream("moved views", view as u64);
+            let moved = drawing.drawn(&school.training, &Moves::default(), &mut random)?;
+            views.push(input.of(&moved)?);
+        }
+        all.push(Contender {
+            name: "kernel_views",
+            title: format!("kernel, {VIEWS} views"),
+            ..queries.contend(arena, school, &views, cells.clone())?
+        });
+    }
+    Ok(all)
+}
+
+/// What is asked, as inputs `[snapshot, input]`.
+struct Queries {
+    /// All that the school recorded.
+    of_school: Array2<f32>,
+    /// The unseen part of the run.
+    unseen: Array2<f32>,
+}
+
+impl Queries {
+    fn contend(
+        &self,
+        arena: &Arena,
+        school: &School,
+        views: &[Array2<f32>],
+        cells: Neighbours,
+    ) -> Result<Contender> {
+        let (model, parts) = (arena.model, arena.parts);
+        let places = model.places();
+        let school_places = Places::of(&school.recording);
+        let validation = covered(&school_places, &school.validation, &places);
+        let tuned = self.tuning(&school_places, &validation, &places, views);
+        let square = least_mean_squares(self.unseen.view(), views);
+        let held_out = arena.on_counted(|prior, truths| {
+            let is_counted = |row: &usize| truths.binary_search(&parts.unseen[*row]).is_ok();
+            let rows: Vec<usize> = (0..parts.unseen.len()).filter(is_counted).collect();
+            let (truths, square) = (parts.places.select(truths), square.select(Axis(0), &rows));
+            Ok(held_out::by_kernel(
+                prior,
+                &truths,
+                &places,
+                square.view(),
+                tuned(prior),
+            ))
+        })?;
+        let bandwidth = tuned(Uncertainty::Global);
+        let chance = model.header.recipe.map.unmodelled_probability;
+        let values: usize = views.iter().map(Array2::ncols).sum();
+        let sensor = KernelModel::new(parts.unseen.clone(), square, cells, bandwidth, chance);
+        Ok(Contender {
+            name: "kernel",
+            title: "raw-scan kernel".into(),
+            bandwidth: Some(bandwidth),
+            bytes_per_place: Some(size_of::<f32>() * values),
+            held_out,
+            sensor: Some(Box::new(sensor)),
+        })
+    }
+
+    /// The bandwidth of least error on the validation part, by prior.
+    fn tuning<'a>(
+        &self,
+        school_places: &'a Places,
+        validation: &'a [usize],
+        places: &'a Places,
+        views: &[Array2<f32>],
+    ) -> impl Fn(Uncertainty) -> f64 + 'a {
+        let seen = self.of_school.select(Axis(0), validation);
+        let square = least_mean_squares(seen.view(), views);
+        move |prior| {
+            let counted = held_out::counted(prior, school_places, validation, places);
+            let rows: Vec<usize> = (0..validation.len())
+                .filter(|&row| counted.contains(&validation[row]))
+                .collect();
+            held_out::tuned_bandwidth(
+                prior,
+                &school_places.select(&counted),
+                places,
+                square.select(Axis(0), &rows).view(),
+            )
+        }
+    }
+}
