@@ -1,9 +1,16 @@
 //! One whole training step (noise, forward, objective with the map in it, backward, Adam) of four networks 164→6→1 on
-//! K = 2,400 snapshots along a route of 89 m.
+//! K = 2,400 snapshots along a route of 89 m; and, as `fast`, all of it but the objective by stacked networks.
 
 use ballmark::{
+    detector::{
+        net::{NetConfig, Weights},
+        stacked::{Noise, Stacked},
+    },
     geometry::Pose,
-    learning::{Recipe, lesson::Lesson, trainer::Trainer},
+    learning::{
+        Recipe, lesson::Lesson, optimiser::in_place::InPlace, recipe::DescentConfig,
+        trainer::Trainer,
+    },
     recording::{Channel, Columns, Recording, split::Split},
     seed::Seed,
 };
@@ -63,5 +70,45 @@ fn training_step(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, training_step);
+/// Forward, backward and Adam without an objective between them: one whose slope never changes stands in for it.
+fn fast(criterion: &mut Criterion) {
+    let mut random = Seed(1).stream("bench");
+    let mut draw = |rows, columns| {
+        Array2::from_shape_simple_fn((rows, columns), || random.random_range(-1f32..1.0))
+    };
+    let (inputs, slope) = (draw(SNAPSHOTS, INPUTS), draw(SNAPSHOTS, 4) * 1e-4);
+    let bank = draw(1, 1 << 20).into_raw_vec_and_offset().0;
+    let net = NetConfig::default();
+    let mut weights = Weights::random(&net, INPUTS, 4, &mut Seed(1).stream("weights"));
+    let mut gradient = weights.clone();
+    let mut activation = Array2::zeros((SNAPSHOTS, 4));
+    let mut stacked = Stacked::new(&weights);
+    let mut descent = InPlace::new(&DescentConfig::default());
+    let mut group = criterion.benchmark_group("fast");
+    for name in ["without noise", "with noise"] {
+        let mut step = 0;
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                step += 1;
+                let noise = (name == "with noise").then(|| Noise {
+                    bank: &bank,
+                    start: step * 7919 % bank.len(),
+                    deviation: 0.3,
+                });
+                stacked
+                    .forward(&weights, inputs.view(), noise, activation.view_mut())
+                    .expect("networks of this shape");
+                stacked
+                    .backward(inputs.view(), noise, slope.view(), &mut gradient)
+                    .expect("the same inputs");
+                descent
+                    .step(&mut weights, &gradient)
+                    .expect("weights of one shape");
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, training_step, fast);
 criterion_main!(benches);

@@ -1,0 +1,538 @@
+//! n small networks as one: forward and backward by hand, for the shapes that training is mostly about.
+//!
+//! Networks side by side are one network whose first layer is `[input, filter·unit]` and whose later layers are zero but
+//! for a block a filter on the diagonal. Six units a filter are no work worth a matrix product of their own, so the
+//! zeros are multiplied too: at 4 × (164 → 6 → 1) they are one product in fifty. In return a layer is one call of
+//! [`kernel::product`] forward, one of [`kernel::outer`] for ∂E/∂weights and one of `product` for ∂E/∂inputs, all at the
+//! speed of the machine's registers.
+//!
+//! Snapshots are cut into chunks that stay in the nearest caches, and chunks are dealt to shares, which are what
+//! threads work on. Neither depends on the number of threads, and a gradient is the sum over shares in their order: so
+//! the same bits come back from one thread or many. The objective between the two halves is not differentiated here: it
+//! hands in ∂E/∂g (see `learning::objective`).
+//!
+//! The same numbers as [`Nets::forward`](super::net::Nets::forward) and Burn's automatic differentiation of it, to rounding.
+
+mod kernel;
+mod squash;
+
+use super::net::{Activation, Layer, Weights};
+use crate::error::{Error, Result};
+use kernel::{BLOCK, Matrix, STEP, Task, lanes, widest};
+use macerator::Simd;
+use ndarray::{ArrayView2, ArrayViewMut2, Axis};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Snapshots of a chunk: their inputs, and the weights or their gradient, fit a nearest cache together.
+const CHUNK: usize = 32;
+
+/// About as many snapshots are a share, where that does not make more shares than threads will ever ask for: every
+/// share has a gradient of its own, to be summed.
+const SHARE: usize = 10 * CHUNK;
+const MOST_SHARES: usize = 64;
+
+/// Most weights, zeros between the blocks included. Wider layers no longer stay in a core's own cache, and Burn's matrix
+/// product, which is cut to fit caches, does better.
+const MOST_WEIGHTS: usize = 1 << 16;
+
+/// Noise added to the inputs as they are read: x + `deviation` · bank\[(`start` + `position`) mod length\], where `position`
+/// counts the inputs of all snapshots in row order.
+#[derive(Debug, Clone, Copy)]
+pub struct Noise<'a> {
+    /// Normally distributed numbers, deviation 1; not empty.
+    pub bank: &'a [f32],
+    /// Where reading starts.
+    pub start: usize,
+    /// In units of the inputs.
+    pub deviation: f32,
+}
+
+/// Forward and backward of n stacked networks, with the room that they need kept from step to step.
+///
+/// ```
+/// use ballmark::{detector::{net::{NetConfig, Weights}, stacked::Stacked}, seed::Seed};
+/// use ndarray::{Array2, array};
+///
+/// let weights = Weights::random(&NetConfig::default(), 3, 2, &mut Seed(1).stream("doc"));
+/// let inputs = array![[0.5, -1.0, 2.0], [0.0, 1.0, 0.0]]; // [snapshot, input]
+/// assert!(Stacked::fits(&weights));
+/// let mut stacked = Stacked::new(&weights);
+/// let mut activation = Array2::zeros((2, 2)); // [snapshot, feature]
+/// stacked.forward(&weights, inputs.view(), None, activation.view_mut())?;
+/// assert!(activation.iter().all(|g| (0.0..1.0).contains(g)));
+///
+/// let slope = Array2::ones((2, 2)); // ∂E/∂g of E = Σ g
+/// let mut gradient = weights.clone();
+/// stacked.backward(inputs.view(), None, slope.view(), &mut gradient)?;
+/// let output_bias = &gradient.layers[1].bias; // Σ over snapshots of g (1 − g)
+/// let expected = activation.column(0).fold(0.0, |sum, g| sum + g * (1.0 - g));
+/// assert!((output_bias[[0, 0]] - expected).abs() < 1e-6);
+/// # ballmark::Result::Ok(())
+/// ```
+#[derive(Debug)]
+pub struct Stacked {
+    activation: Activation,
+    features: usize,
+    layers: Vec<Block>,
+    shares: Vec<Share>,
+    snapshots: usize,
+}
+
+/// One layer of all filters as one matrix.
+#[derive(Debug)]
+struct Block {
+    /// Inputs and outputs of one filter.
+    inputs: usize,
+    outputs: usize,
+    /// Whether every filter has inputs of its own, as all but first layers have.
+    diagonal: bool,
+    /// Length of a row of all filters' inputs filled up with zeros, and of their outputs.
+    stride_in: usize,
+    stride_out: usize,
+    /// `[input of any filter, stride_out]`, `[stride_out]`.
+    weight: Vec<f32>,
+    bias: Vec<f32>,
+    /// `[output of any filter, stride_in]`; empty for the first layer, whose inputs need no gradient.
+    transposed: Vec<f32>,
+}
+
+/// Snapshots that one thread works on at a time, and all that it needs for them.
+#[derive(Debug)]
+struct Share {
+    /// Snapshots, and with those that fill up the last block.
+    snapshots: usize,
+    rows: usize,
+    /// Inputs of one chunk as they were read, noise included, `[row, stride_in]`.
+    inputs: Vec<f32>,
+    /// Outputs of every layer, of all rows: `[row, stride_out]`.
+    outputs: Vec<Vec<f32>>,
+    /// ∂E/∂sum of a layer and of the one before it, of one chunk.
+    slope: Vec<f32>,
+    slope_before: Vec<f32>,
+    /// This share's part of ∂E/∂weights `[stride_in, stride_out]` and ∂E/∂biases `[stride_out]`.
+    weight: Vec<Vec<f32>>,
+    bias: Vec<Vec<f32>>,
+}
+
+impl Block {
+    fn new(layer: &Layer, first: bool, stride_in: usize) -> Self {
+        let (features, inputs, outputs) = layer.weight.dim();
+        let width_in = if first { inputs } else { features * inputs };
+        let width_out = features * outputs;
+        let stride_out = width_out.next_multiple_of(lanes().max(BLOCK));
+        let transposed = if first {
+            0
+        } else {
+            width_out.next_multiple_of(STEP) * stride_in
+        };
+        Self {
+            inputs,
+            outputs,
+            diagonal: !first,
+            stride_in,
+            stride_out,
+            weight: vec![0.0; width_in.next_multiple_of(STEP) * stride_out],
+            bias: vec![0.0; stride_out],
+            transposed: vec![0.0; transposed],
+        }
+    }
+
+    /// Row of a filter's input in the matrix.
+    fn row(&self, filter: usize, input: usize) -> usize {
+        input
+            + if self.diagonal {
+                filter * self.inputs
+            } else {
+                0
+            }
+    }
+
+    /// Takes a layer's weights over.
+    fn fill(&mut self, layer: &Layer) {
+        for (filter, weight) in layer.weight.outer_iter().enumerate() {
+            for (input, weight) in weight.outer_iter().enumerate() {
+                let (row, column) = (self.row(filter, input), filter * self.outputs);
+                for (output, &weight) in weight.iter().enumerate() {
+                    self.weight[row * self.stride_out + column + output] = weight;
+                    if self.diagonal {
+                        self.transposed[(column + output) * self.stride_in + row] = weight;
+                    }
+                }
+            }
+        }
+        for (to, &bias) in self.bias.iter_mut().zip(&layer.bias) {
+            *to = bias;
+        }
+    }
+
+    /// Writes a gradient, in the order of this block, into one in the order of a layer.
+    fn unpack(&self, weight: &[f32], bias: &[f32], layer: &mut Layer) {
+        for (filter, mut to) in layer.weight.outer_iter_mut().enumerate() {
+            for (input, mut to) in to.outer_iter_mut().enumerate() {
+                let at = self.row(filter, input) * self.stride_out + filter * self.outputs;
+                for (to, &slope) in to.iter_mut().zip(&weight[at..]) {
+                    *to = slope;
+                }
+            }
+        }
+        for (to, &slope) in layer.bias.iter_mut().zip(bias) {
+            *to = slope;
+        }
+    }
+}
+
+impl Stacked {
+    /// Whether networks of this shape are trained faster here than as tensors: small ones, few enough that the zeros
+    /// between their blocks stay below half of the work.
+    pub fn fits(weights: &Weights) -> bool {
+        let n = weights.features();
+        let (mut own, mut stacked) = (0usize, 0usize);
+        for (at, layer) in weights.layers.iter().enumerate() {
+            own += layer.weight.len();
+            stacked += layer.weight.len() * if at == 0 { 1 } else { n };
+        }
+        own > 0 && stacked <= MOST_WEIGHTS && 2 * stacked <= 3 * own
+    }
+
+    /// Room for networks of the shape of these.
+    pub fn new(weights: &Weights) -> Self {
+        let mut layers: Vec<Block> = Vec::new();
+        for layer in &weights.layers {
+            let before = layers.last().map(|block| block.stride_out);
+            let stride_in = before.unwrap_or(layer.weight.dim().1.next_multiple_of(BLOCK));
+            layers.push(Block::new(layer, before.is_none(), stride_in));
+        }
+        Self {
+            activation: weights.activation,
+            features: weights.features(),
+            layers,
+            shares: Vec::new(),
+            snapshots: 0,
+        }
+    }
+
+    /// g_i(s) of every snapshot: `[snapshot, input]` → `[snapshot, feature]`. What [`backward`](Self::backward) needs is
+    /// kept.
+    ///
+    /// # Errors
+    /// Where an array's shape is not that of the networks.
+    pub fn forward(
+        &mut self,
+        weights: &Weights,
+        inputs: ArrayView2<f32>,
+        noise: Option<Noise>,
+        mut out: ArrayViewMut2<f32>,
+    ) -> Result<()> {
+        let width = self.layers.first().map_or(0, |block| block.inputs);
+        same("inputs", inputs.dim(), (inputs.nrows(), width))?;
+        same("activations", out.dim(), (inputs.nrows(), self.features))?;
+        self.same_shape(weights)?;
+        if noise.is_some_and(|noise| noise.bank.is_empty()) {
+            return Err(Error::work("input noise: an empty bank; expected numbers"));
+        }
+        self.share_out(inputs.nrows());
+        let inputs = in_row_order(&inputs)?;
+        for (block, layer) in self.layers.iter_mut().zip(&weights.layers) {
+            block.fill(layer);
+        }
+        let Some(length) = self.shares.first().map(|share| share.snapshots) else {
+            return Ok(());
+        };
+        let (layers, activation) = (&self.layers, self.activation);
+        let rows = inputs.chunks(length * width);
+        let outs = out.axis_chunks_iter_mut(Axis(0), length);
+        let work: Vec<_> = self.shares.iter_mut().zip(rows).zip(outs).collect();
+        let source = |at, inputs| Source {
+            inputs,
+            width,
+            noise,
+            position: at * length * width,
+        };
+        let one = |(at, ((share, inputs), out))| {
+            widest(Forward {
+                share,
+                layers,
+                activation,
+                source: source(at, inputs),
+                out,
+            });
+        };
+        work.into_par_iter().enumerate().for_each(one);
+        Ok(())
+    }
+
+    /// ∂E/∂weights and ∂E/∂biases of an objective with this slope ∂E/∂g, `[snapshot, feature]`, after the forward of the
+    /// same inputs and noise. (They are read again: keeping the noisy ones takes more time than adding the noise.)
+    ///
+    /// # Errors
+    /// Where an array's shape is not that of the networks or of the last forward.
+    pub fn backward(
+        &mut self,
+        inputs: ArrayView2<f32>,
+        noise: Option<Noise>,
+        slope: ArrayView2<f32>,
+        gradient: &mut Weights,
+    ) -> Result<()> {
+        let width = self.layers.first().map_or(0, |block| block.inputs);
+        same("inputs", inputs.dim(), (self.snapshots, width))?;
+        same("slopes", slope.dim(), (self.snapshots, self.features))?;
+        self.same_shape(gradient)?;
+        let inputs = in_row_order(&inputs)?;
+        let Some(length) = self.shares.first().map(|share| share.snapshots) else {
+            for layer in &mut gradient.layers {
+                layer.weight.fill(0.0);
+                layer.bias.fill(0.0);
+            }
+            return Ok(());
+        };
+        let (layers, activation) = (&self.layers, self.activation);
+        let slopes = slope.axis_chunks_iter(Axis(0), length);
+        let rows = inputs.chunks(length * width);
+        let work: Vec<_> = self.shares.iter_mut().zip(rows).zip(slopes).collect();
+        let one = |(at, ((share, inputs), slope))| {
+            widest(Backward {
+                share,
+                layers,
+                activation,
+                source: Source {
+                    inputs,
+                    width,
+                    noise,
+                    position: at * length * width,
+                },
+                slope,
+            });
+        };
+        work.into_par_iter().enumerate().for_each(one);
+        if let Some((sum, others)) = self.shares.split_first_mut() {
+            for (at, block) in self.layers.iter().enumerate() {
+                for other in others.iter() {
+                    add(&mut sum.weight[at], &other.weight[at]);
+                    add(&mut sum.bias[at], &other.bias[at]);
+                }
+                block.unpack(&sum.weight[at], &sum.bias[at], &mut gradient.layers[at]);
+            }
+        }
+        Ok(())
+    }
+
+    fn same_shape(&self, weights: &Weights) -> Result<()> {
+        let expected = self
+            .layers
+            .iter()
+            .map(|block| (self.features, block.inputs, block.outputs));
+        if weights.layers.iter().map(|l| l.weight.dim()).eq(expected) {
+            return Ok(());
+        }
+        Err(Error::work(
+            "stacked networks: weights of another shape than these networks were made for",
+        ))
+    }
+
+    /// Deals K snapshots to shares, by their number alone.
+    fn share_out(&mut self, snapshots: usize) {
+        if snapshots == self.snapshots && !self.shares.is_empty() {
+            return;
+        }
+        let shares = snapshots.div_ceil(SHARE).clamp(1, MOST_SHARES);
+        let length = snapshots.div_ceil(shares).next_multiple_of(BLOCK);
+        let starts = (0..snapshots).step_by(length.max(1));
+        self.shares = starts
+            .map(|start| Share::new(&self.layers, length.min(snapshots - start)))
+            .collect();
+        self.snapshots = snapshots;
+    }
+}
+
+fn same(what: &str, found: (usize, usize), expected: (usize, usize)) -> Result<()> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(Error::work(format!(
+        "stacked networks: {what} of shape {found:?}; expected {expected:?}"
+    )))
+}
+
+fn in_row_order<'a>(inputs: &'a ArrayView2<f32>) -> Result<&'a [f32]> {
+    inputs.as_slice().ok_or_else(|| {
+        Error::work("stacked networks: inputs scattered in memory; expected them in row order")
+    })
+}
+
+fn add(sum: &mut [f32], more: &[f32]) {
+    for (sum, more) in sum.iter_mut().zip(more) {
+        *sum += more;
+    }
+}
+
+impl Share {
+    fn new(layers: &[Block], snapshots: usize) -> Self {
+        let rows = snapshots.next_multiple_of(BLOCK);
+        let chunk = rows.min(CHUNK);
+        let stride = layers.first().map_or(0, |block| block.stride_in);
+        let widest = layers.iter().map(|block| block.stride_out).max();
+        let scratch = vec![0.0; chunk * widest.unwrap_or(0)];
+        let weight = |block: &Block| vec![0.0; block.stride_in * block.stride_out];
+        Self {
+            snapshots,
+            rows,
+            inputs: vec![0.0; chunk * stride],
+            outputs: layers
+                .iter()
+                .map(|b| vec![0.0; rows * b.stride_out])
+                .collect(),
+            slope: scratch.clone(),
+            slope_before: scratch,
+            weight: layers.iter().map(weight).collect(),
+            bias: layers.iter().map(|b| vec![0.0; b.stride_out]).collect(),
+        }
+    }
+}
+
+/// A share's way forward.
+struct Forward<'a> {
+    share: &'a mut Share,
+    layers: &'a [Block],
+    activation: Activation,
+    source: Source<'a>,
+    out: ArrayViewMut2<'a, f32>,
+}
+
+impl Task for Forward<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd, const L: usize>(mut self) {
+        let share = self.share;
+        for start in (0..share.rows).step_by(CHUNK) {
+            let rows = start..(start + CHUNK).min(share.rows);
+            self.source
+                .read(rows.clone(), self.layers[0].stride_in, &mut share.inputs);
+            for (at, block) in self.layers.iter().enumerate() {
+                let (before, after) = share.outputs.split_at_mut(at);
+                let inputs = match before.last() {
+                    Some(outputs) => &outputs[rows.start * block.stride_in..],
+                    None => &share.inputs,
+                };
+                let sum = &mut after[0][rows.start * block.stride_out..rows.end * block.stride_out];
+                let inputs = Matrix::new(inputs, block.stride_in);
+                let weight = Matrix::new(&block.weight, block.stride_out);
+                kernel::product::<S, L>(inputs, weight, Some(&block.bias), sum);
+                squash::apply::<S, L>(function(self.layers, at, self.activation), sum);
+            }
+        }
+        let last = self.layers.len() - 1;
+        let outputs = share.outputs[last].chunks_exact(self.layers[last].stride_out);
+        for (mut out, outputs) in self.out.outer_iter_mut().zip(outputs) {
+            for (out, &g) in out.iter_mut().zip(outputs) {
+                *out = g;
+            }
+        }
+    }
+}
+
+/// What the units of a layer do: those of the last are sigmoid.
+fn function(layers: &[Block], at: usize, hidden: Activation) -> Activation {
+    if at + 1 == layers.len() {
+        Activation::Sigmoid
+    } else {
+        hidden
+    }
+}
+
+/// A share's inputs and the noise on them.
+#[derive(Clone, Copy)]
+struct Source<'a> {
+    /// `[snapshot, input]`.
+    inputs: &'a [f32],
+    width: usize,
+    noise: Option<Noise<'a>>,
+    /// Inputs of all snapshots before this share's.
+    position: usize,
+}
+
+impl Source<'_> {
+    /// Copies the inputs of some rows, with their noise; nothing where rows are no longer snapshots, as whatever is in
+    /// them takes no part in anything.
+    #[inline(always)]
+    fn read(&self, rows: Range<usize>, stride: usize, to: &mut [f32]) {
+        let inputs = self.inputs.chunks_exact(self.width).skip(rows.start);
+        for ((row, inputs), to) in rows.zip(inputs).zip(to.chunks_exact_mut(stride)) {
+            let Some(noise) = self.noise else {
+                to[..self.width].copy_from_slice(inputs);
+                continue;
+            };
+            let mut at = (noise.start + self.position + row * self.width) % noise.bank.len();
+            let mut done = 0;
+            while done < self.width {
+                let end = self.width.min(done + noise.bank.len() - at);
+                let noisy = inputs[done..end].iter().zip(&noise.bank[at..]);
+                for (to, (x, z)) in to[done..end].iter_mut().zip(noisy) {
+                    *to = x + noise.deviation * z;
+                }
+                (done, at) = (end, 0);
+            }
+        }
+    }
+}
+
+/// A share's way back.
+struct Backward<'a> {
+    share: &'a mut Share,
+    layers: &'a [Block],
+    activation: Activation,
+    source: Source<'a>,
+    /// ∂E/∂g of the share's snapshots.
+    slope: ArrayView2<'a, f32>,
+}
+
+impl Task for Backward<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd, const L: usize>(self) {
+        let share = self.share;
+        share.weight.iter_mut().for_each(|sum| sum.fill(0.0));
+        share.bias.iter_mut().for_each(|sum| sum.fill(0.0));
+        let last = self.layers[self.layers.len() - 1].stride_out;
+        for start in (0..share.rows).step_by(CHUNK) {
+            let rows = start..(start + CHUNK).min(share.rows);
+            self.source
+                .read(rows.clone(), self.layers[0].stride_in, &mut share.inputs);
+            let slope = &mut share.slope[..rows.len() * last];
+            slope.fill(0.0); // where no snapshot is, E has no slope
+            let given = self.slope.outer_iter().skip(start);
+            for (to, given) in slope.chunks_exact_mut(last).zip(given) {
+                for (to, &given) in to.iter_mut().zip(given) {
+                    *to = given;
+                }
+            }
+            for (at, block) in self.layers.iter().enumerate().rev() {
+                let (stride_in, stride) = (block.stride_in, block.stride_out);
+                let slope = &mut share.slope[..rows.len() * stride];
+                let outputs = &share.outputs[at][rows.start * stride..rows.end * stride];
+                squash::slope(function(self.layers, at, self.activation), outputs, slope);
+                for slope in slope.chunks_exact(stride) {
+                    add(&mut share.bias[at], slope);
+                }
+                let slope = Matrix::new(slope, stride);
+                let inputs = match at {
+                    0 => &share.inputs,
+                    _ => &share.outputs[at - 1][rows.start * stride_in..],
+                };
+                let inputs = Matrix::new(inputs, stride_in);
+                kernel::outer::<S, L>(inputs, slope, &mut share.weight[at]);
+                if at > 0 {
+                    let transposed = Matrix::new(&block.transposed, stride_in);
+                    let before = &mut share.slope_before[..rows.len() * stride_in];
+                    kernel::product::<S, L>(slope, transposed, None, before);
+                    std::mem::swap(&mut share.slope, &mut share.slope_before);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
