@@ -99,7 +99,7 @@ fn fast(criterion: &mut Criterion) {
                     .forward(&weights, inputs.view(), noise, activation.view_mut())
                     .expect("networks of this shape");
                 stacked
-                    .backward(inputs.view(), noise, slope.view(), &mut gradient)
+                    .backward(slope.view(), &mut gradient)
                     .expect("the same inputs");
                 descent
                     .step(&mut weights, &gradient)

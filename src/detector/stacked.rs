@@ -64,7 +64,7 @@ pub struct Noise<'a> {
 ///
 /// let slope = Array2::ones((2, 2)); // ∂E/∂g of E = Σ g
 /// let mut gradient = weights.clone();
-/// stacked.backward(inputs.view(), None, slope.view(), &mut gradient)?;
+/// stacked.backward(slope.view(), &mut gradient)?;
 /// let output_bias = &gradient.layers[1].bias; // Σ over snapshots of g (1 − g)
 /// let expected = activation.column(0).fold(0.0, |sum, g| sum + g * (1.0 - g));
 /// assert!((output_bias[[0, 0]] - expected).abs() < 1e-6);
@@ -87,6 +87,8 @@ struct Block {
     outputs: usize,
     /// Whether every filter has inputs of its own, as all but first layers have.
     diagonal: bool,
+    /// Outputs of all filters.
+    width_out: usize,
     /// Length of a row of all filters' inputs filled up with zeros, and of their outputs.
     stride_in: usize,
     stride_out: usize,
@@ -103,10 +105,12 @@ struct Share {
     /// Snapshots, and with those that fill up the last block.
     snapshots: usize,
     rows: usize,
-    /// Inputs of one chunk as they were read, noise included, `[row, stride_in]`.
-    inputs: Vec<f32>,
-    /// Outputs of every layer, of all rows: `[row, stride_out]`.
-    outputs: Vec<Vec<f32>>,
+    /// Inputs of every layer, `[row, stride_in]`: those of the first as they were read, noise included.
+    inputs: Vec<Vec<f32>>,
+    /// g, without anything between: `[snapshot, feature]`, and some more to fill a register.
+    outputs: Vec<f32>,
+    /// Sums of the last layer, of one chunk.
+    sums: Vec<f32>,
     /// ∂E/∂sum of a layer and of the one before it, of one chunk.
     slope: Vec<f32>,
     slope_before: Vec<f32>,
@@ -130,6 +134,7 @@ impl Block {
             inputs,
             outputs,
             diagonal: !first,
+            width_out,
             stride_in,
             stride_out,
             weight: vec![0.0; width_in.next_multiple_of(STEP) * stride_out],
@@ -240,21 +245,21 @@ impl Stacked {
             return Ok(());
         };
         let (layers, activation) = (&self.layers, self.activation);
-        let rows = inputs.chunks(length * width);
+        let rows = inputs.chunks((length * width).max(1));
         let outs = out.axis_chunks_iter_mut(Axis(0), length);
         let work: Vec<_> = self.shares.iter_mut().zip(rows).zip(outs).collect();
-        let source = |at, inputs| Source {
-            inputs,
-            width,
-            noise,
-            position: at * length * width,
-        };
         let one = |(at, ((share, inputs), out))| {
+            let source = Source {
+                inputs,
+                width,
+                noise,
+                position: at * length * width,
+            };
             widest(Forward {
                 share,
                 layers,
                 activation,
-                source: source(at, inputs),
+                source,
                 out,
             });
         };
@@ -262,23 +267,13 @@ impl Stacked {
         Ok(())
     }
 
-    /// ∂E/∂weights and ∂E/∂biases of an objective with this slope ∂E/∂g, `[snapshot, feature]`, after the forward of the
-    /// same inputs and noise. (They are read again: keeping the noisy ones takes more time than adding the noise.)
+    /// ∂E/∂weights and ∂E/∂biases at the last forward, of an objective with this slope ∂E/∂g, `[snapshot, feature]`.
     ///
     /// # Errors
     /// Where an array's shape is not that of the networks or of the last forward.
-    pub fn backward(
-        &mut self,
-        inputs: ArrayView2<f32>,
-        noise: Option<Noise>,
-        slope: ArrayView2<f32>,
-        gradient: &mut Weights,
-    ) -> Result<()> {
-        let width = self.layers.first().map_or(0, |block| block.inputs);
-        same("inputs", inputs.dim(), (self.snapshots, width))?;
+    pub fn backward(&mut self, slope: ArrayView2<f32>, gradient: &mut Weights) -> Result<()> {
         same("slopes", slope.dim(), (self.snapshots, self.features))?;
         self.same_shape(gradient)?;
-        let inputs = in_row_order(&inputs)?;
         let Some(length) = self.shares.first().map(|share| share.snapshots) else {
             for layer in &mut gradient.layers {
                 layer.weight.fill(0.0);
@@ -288,23 +283,15 @@ impl Stacked {
         };
         let (layers, activation) = (&self.layers, self.activation);
         let slopes = slope.axis_chunks_iter(Axis(0), length);
-        let rows = inputs.chunks(length * width);
-        let work: Vec<_> = self.shares.iter_mut().zip(rows).zip(slopes).collect();
-        let one = |(at, ((share, inputs), slope))| {
+        let work: Vec<_> = self.shares.iter_mut().zip(slopes).collect();
+        work.into_par_iter().for_each(|(share, slope)| {
             widest(Backward {
                 share,
                 layers,
                 activation,
-                source: Source {
-                    inputs,
-                    width,
-                    noise,
-                    position: at * length * width,
-                },
                 slope,
             });
-        };
-        work.into_par_iter().enumerate().for_each(one);
+        });
         if let Some((sum, others)) = self.shares.split_first_mut() {
             for (at, block) in self.layers.iter().enumerate() {
                 for other in others.iter() {
@@ -369,22 +356,22 @@ fn add(sum: &mut [f32], more: &[f32]) {
 impl Share {
     fn new(layers: &[Block], snapshots: usize) -> Self {
         let rows = snapshots.next_multiple_of(BLOCK);
-        let chunk = rows.min(CHUNK);
-        let stride = layers.first().map_or(0, |block| block.stride_in);
-        let widest = layers.iter().map(|block| block.stride_out).max();
-        let scratch = vec![0.0; chunk * widest.unwrap_or(0)];
-        let weight = |block: &Block| vec![0.0; block.stride_in * block.stride_out];
+        let features = layers.last().map_or(0, |b| b.width_out);
+        let widest = layers.iter().map(|b| b.stride_out).max().unwrap_or(0);
+        let chunk = vec![0.0; rows.min(CHUNK) * widest];
+        let matrix = |b: &Block| vec![0.0; b.stride_in * b.stride_out];
         Self {
             snapshots,
             rows,
-            inputs: vec![0.0; chunk * stride],
-            outputs: layers
+            inputs: layers
                 .iter()
-                .map(|b| vec![0.0; rows * b.stride_out])
+                .map(|b| vec![0.0; rows * b.stride_in])
                 .collect(),
-            slope: scratch.clone(),
-            slope_before: scratch,
-            weight: layers.iter().map(weight).collect(),
+            outputs: vec![0.0; (rows * features).next_multiple_of(lanes())],
+            sums: chunk.clone(),
+            slope: chunk.clone(),
+            slope_before: chunk,
+            weight: layers.iter().map(matrix).collect(),
             bias: layers.iter().map(|b| vec![0.0; b.stride_out]).collect(),
         }
     }
@@ -405,39 +392,39 @@ impl Task for Forward<'_> {
     #[inline(always)]
     fn run<S: Simd, const L: usize>(mut self) {
         let share = self.share;
+        let features = self.out.ncols();
         for start in (0..share.rows).step_by(CHUNK) {
             let rows = start..(start + CHUNK).min(share.rows);
             self.source
-                .read(rows.clone(), self.layers[0].stride_in, &mut share.inputs);
+                .read(rows.clone(), self.layers[0].stride_in, &mut share.inputs[0]);
             for (at, block) in self.layers.iter().enumerate() {
-                let (before, after) = share.outputs.split_at_mut(at);
-                let inputs = match before.last() {
-                    Some(outputs) => &outputs[rows.start * block.stride_in..],
-                    None => &share.inputs,
+                let stride = block.stride_out;
+                let (before, after) = share.inputs.split_at_mut(at + 1);
+                let inputs = &before[at][rows.start * block.stride_in..];
+                let sums = match after.first_mut() {
+                    Some(next) => &mut next[rows.start * stride..rows.end * stride],
+                    None => &mut share.sums[..rows.len() * stride],
                 };
-                let sum = &mut after[0][rows.start * block.stride_out..rows.end * block.stride_out];
                 let inputs = Matrix::new(inputs, block.stride_in);
-                let weight = Matrix::new(&block.weight, block.stride_out);
-                kernel::product::<S, L>(inputs, weight, Some(&block.bias), sum);
-                squash::apply::<S, L>(function(self.layers, at, self.activation), sum);
+                let weight = Matrix::new(&block.weight, stride);
+                kernel::product::<S, L>(inputs, weight, Some(&block.bias), sums);
+                if at + 1 < self.layers.len() {
+                    squash::apply::<S, L>(self.activation, sums);
+                    continue;
+                }
+                // Of few features, whole registers would be mostly zeros.
+                let outputs = share.outputs[rows.start * features..].chunks_exact_mut(features);
+                for (outputs, sums) in outputs.zip(sums.chunks_exact(stride)) {
+                    for (output, &sum) in outputs.iter_mut().zip(sums) {
+                        *output = sum;
+                    }
+                }
             }
         }
-        let last = self.layers.len() - 1;
-        let outputs = share.outputs[last].chunks_exact(self.layers[last].stride_out);
-        for (mut out, outputs) in self.out.outer_iter_mut().zip(outputs) {
-            for (out, &g) in out.iter_mut().zip(outputs) {
-                *out = g;
-            }
+        squash::apply::<S, L>(Activation::Sigmoid, &mut share.outputs);
+        for (out, &g) in self.out.iter_mut().zip(&share.outputs) {
+            *out = g;
         }
-    }
-}
-
-/// What the units of a layer do: those of the last are sigmoid.
-fn function(layers: &[Block], at: usize, hidden: Activation) -> Activation {
-    if at + 1 == layers.len() {
-        Activation::Sigmoid
-    } else {
-        hidden
     }
 }
 
@@ -453,12 +440,12 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Copies the inputs of some rows, with their noise; nothing where rows are no longer snapshots, as whatever is in
-    /// them takes no part in anything.
+    /// Copies the inputs of some rows, with their noise; those of rows that are no snapshots stay 0.
     #[inline(always)]
     fn read(&self, rows: Range<usize>, stride: usize, to: &mut [f32]) {
-        let inputs = self.inputs.chunks_exact(self.width).skip(rows.start);
-        for ((row, inputs), to) in rows.zip(inputs).zip(to.chunks_exact_mut(stride)) {
+        let inputs = self.inputs.chunks_exact(self.width.max(1)).skip(rows.start);
+        let to = to.chunks_exact_mut(stride).skip(rows.start);
+        for ((row, inputs), to) in rows.zip(inputs).zip(to) {
             let Some(noise) = self.noise else {
                 to[..self.width].copy_from_slice(inputs);
                 continue;
@@ -482,7 +469,6 @@ struct Backward<'a> {
     share: &'a mut Share,
     layers: &'a [Block],
     activation: Activation,
-    source: Source<'a>,
     /// ∂E/∂g of the share's snapshots.
     slope: ArrayView2<'a, f32>,
 }
@@ -495,32 +481,32 @@ impl Task for Backward<'_> {
         let share = self.share;
         share.weight.iter_mut().for_each(|sum| sum.fill(0.0));
         share.bias.iter_mut().for_each(|sum| sum.fill(0.0));
-        let last = self.layers[self.layers.len() - 1].stride_out;
+        let last = self.layers.len() - 1;
+        let features = self.slope.ncols();
         for start in (0..share.rows).step_by(CHUNK) {
             let rows = start..(start + CHUNK).min(share.rows);
-            self.source
-                .read(rows.clone(), self.layers[0].stride_in, &mut share.inputs);
-            let slope = &mut share.slope[..rows.len() * last];
+            let slope = &mut share.slope[..rows.len() * self.layers[last].stride_out];
             slope.fill(0.0); // where no snapshot is, E has no slope
             let given = self.slope.outer_iter().skip(start);
-            for (to, given) in slope.chunks_exact_mut(last).zip(given) {
-                for (to, &given) in to.iter_mut().zip(given) {
-                    *to = given;
+            let outputs = share.outputs[start * features..].chunks_exact(features);
+            let slopes = slope.chunks_exact_mut(self.layers[last].stride_out);
+            for ((slopes, given), outputs) in slopes.zip(given).zip(outputs) {
+                for ((slope, &given), &g) in slopes.iter_mut().zip(given).zip(outputs) {
+                    *slope = given * g * (1.0 - g);
                 }
             }
             for (at, block) in self.layers.iter().enumerate().rev() {
                 let (stride_in, stride) = (block.stride_in, block.stride_out);
                 let slope = &mut share.slope[..rows.len() * stride];
-                let outputs = &share.outputs[at][rows.start * stride..rows.end * stride];
-                squash::slope(function(self.layers, at, self.activation), outputs, slope);
+                if at < last {
+                    let outputs = &share.inputs[at + 1][rows.start * stride..];
+                    squash::slope(self.activation, outputs, slope);
+                }
                 for slope in slope.chunks_exact(stride) {
                     add(&mut share.bias[at], slope);
                 }
                 let slope = Matrix::new(slope, stride);
-                let inputs = match at {
-                    0 => &share.inputs,
-                    _ => &share.outputs[at - 1][rows.start * stride_in..],
-                };
+                let inputs = &share.inputs[at][rows.start * stride_in..rows.end * stride_in];
                 let inputs = Matrix::new(inputs, stride_in);
                 kernel::outer::<S, L>(inputs, slope, &mut share.weight[at]);
                 if at > 0 {

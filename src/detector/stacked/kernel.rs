@@ -18,8 +18,8 @@ pub trait Task {
     /// What comes of it.
     type Output;
 
-    /// Does it with registers of `L` numbers. Everything within must be inlined, for whatever is compiled as a function of
-    /// its own knows of no wide registers.
+    /// Does it with registers of `L` numbers. Everything within that names `S` must be `#[inline(always)]`, and no closure:
+    /// what is compiled as a function of its own knows of no wide registers, and is ten times as slow.
     fn run<S: Simd, const L: usize>(self) -> Self::Output;
 }
 
@@ -68,6 +68,18 @@ pub fn load<S: Simd, const L: usize>(numbers: &[f32; L]) -> Register<S> {
 #[inline(always)]
 pub fn store<S: Simd, const L: usize>(register: Register<S>, numbers: &mut [f32; L]) {
     *numbers = bytemuck::cast(register);
+}
+
+/// Fills some registers from the front.
+#[inline(always)]
+fn registers<S: Simd, const L: usize, const COLUMNS: usize>(
+    numbers: &[[f32; L]],
+) -> [Register<S>; COLUMNS] {
+    let mut registers = [0f32.splat::<S>(); COLUMNS];
+    for (register, numbers) in registers.iter_mut().zip(&numbers[..COLUMNS]) {
+        *register = load(numbers);
+    }
+    registers
 }
 
 /// Rows of numbers, `stride` each.
@@ -129,7 +141,7 @@ pub fn product<S: Simd, const L: usize>(
 
 #[inline(always)]
 fn product_block<S: Simd, const L: usize, const ROWS: usize, const COLUMNS: usize>(
-    row: usize,
+    first: usize,
     column: usize,
     a: Matrix,
     b: &[[f32; L]],
@@ -138,26 +150,29 @@ fn product_block<S: Simd, const L: usize, const ROWS: usize, const COLUMNS: usiz
     out: &mut [[f32; L]],
 ) {
     let rows: [&[[f32; STEP]]; ROWS] =
-        from_fn(|r| a.values[(row + r) * a.stride..][..a.stride].as_chunks().0);
-    let bias: [Register<S>; COLUMNS] =
-        from_fn(|c| bias.map_or(0f32.splat(), |bias| load(&bias[column + c])));
-    let mut sum = [bias; ROWS];
+        from_fn(|r| a.values[(first + r) * a.stride..][..a.stride].as_chunks().0);
+    let mut start = [0f32.splat::<S>(); COLUMNS];
+    if let Some(bias) = bias {
+        for (start, bias) in start.iter_mut().zip(&bias[column..]) {
+            *start = load(bias);
+        }
+    }
+    let mut sum = [start; ROWS];
     for (step, b) in b.chunks_exact(STEP * vectors).enumerate() {
         let a: [&[f32; STEP]; ROWS] = from_fn(|r| &rows[r][step]);
         for i in 0..STEP {
-            let b = &b[i * vectors + column..][..COLUMNS];
-            let b: [Register<S>; COLUMNS] = from_fn(|c| load(&b[c]));
-            for r in 0..ROWS {
-                let a = a[r][i].splat::<S>();
-                for c in 0..COLUMNS {
-                    sum[r][c] = a.mul_add(b[c], sum[r][c]);
+            let b = registers::<S, L, COLUMNS>(&b[i * vectors + column..]);
+            for (sum, a) in sum.iter_mut().zip(a) {
+                let a = a[i].splat::<S>();
+                for (sum, b) in sum.iter_mut().zip(b) {
+                    *sum = a.mul_add(b, *sum);
                 }
             }
         }
     }
-    for r in 0..ROWS {
-        for c in 0..COLUMNS {
-            store(sum[r][c], &mut out[(row + r) * vectors + column + c]);
+    for (sum, out) in sum.iter().zip(out.chunks_exact_mut(vectors).skip(first)) {
+        for (&sum, out) in sum.iter().zip(&mut out[column..]) {
+            store(sum, out);
         }
     }
 }
@@ -169,38 +184,39 @@ pub fn outer<S: Simd, const L: usize>(a: Matrix, b: Matrix, out: &mut [f32]) {
     let b = b.values.as_chunks::<L>().0;
     let blocks = out.as_chunks_mut::<L>().0.chunks_exact_mut(BLOCK * vectors);
     for (block, out) in blocks.enumerate() {
-        let first = block * BLOCK;
-        in_columns!(vectors, L, outer_block::<S, L>(first, a, b, vectors, out));
+        let block = block * BLOCK;
+        in_columns!(vectors, L, outer_block::<S, L>(block, a, b, vectors, out));
     }
 }
 
 #[inline(always)]
 fn outer_block<S: Simd, const L: usize, const ROWS: usize, const COLUMNS: usize>(
-    row: usize,
-    column: usize,
     first: usize,
+    column: usize,
+    block: usize,
     a: Matrix,
     b: &[[f32; L]],
     vectors: usize,
     out: &mut [[f32; L]],
 ) {
-    let mut sum: [[Register<S>; COLUMNS]; ROWS] =
-        from_fn(|r| from_fn(|c| load(&out[(row + r) * vectors + column + c])));
+    let mut sum = [[0f32.splat::<S>(); COLUMNS]; ROWS];
+    for (sum, out) in sum.iter_mut().zip(out.chunks_exact(vectors).skip(first)) {
+        *sum = registers::<S, L, COLUMNS>(&out[column..]);
+    }
     let rows = a.values.chunks_exact(a.stride);
     for (a, b) in rows.zip(b.chunks_exact(vectors)) {
-        let a = &a[first + row..][..ROWS];
-        let b = &b[column..][..COLUMNS];
-        let b: [Register<S>; COLUMNS] = from_fn(|c| load(&b[c]));
-        for r in 0..ROWS {
-            let a = a[r].splat::<S>();
-            for c in 0..COLUMNS {
-                sum[r][c] = a.mul_add(b[c], sum[r][c]);
+        let a = &a[block + first..][..ROWS];
+        let b = registers::<S, L, COLUMNS>(&b[column..]);
+        for (sum, a) in sum.iter_mut().zip(a) {
+            let a = a.splat::<S>();
+            for (sum, b) in sum.iter_mut().zip(b) {
+                *sum = a.mul_add(b, *sum);
             }
         }
     }
-    for r in 0..ROWS {
-        for c in 0..COLUMNS {
-            store(sum[r][c], &mut out[(row + r) * vectors + column + c]);
+    for (sum, out) in sum.iter().zip(out.chunks_exact_mut(vectors).skip(first)) {
+        for (&sum, out) in sum.iter().zip(&mut out[column..]) {
+            store(sum, out);
         }
     }
 }

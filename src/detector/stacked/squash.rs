@@ -9,18 +9,24 @@ use macerator::{Scalar, Simd};
 /// Applies an activation function to every number; as many as fill whole registers.
 #[inline(always)]
 pub fn apply<S: Simd, const L: usize>(activation: Activation, values: &mut [f32]) {
+    let values = values.as_chunks_mut::<L>().0;
     match activation {
-        Activation::Sigmoid => map::<S, L>(values, sigmoid),
-        Activation::Tanh => map::<S, L>(values, tanh),
-        // In this order a number that is none stays none.
-        Activation::Relu => map::<S, L>(values, |x: Register<S>| 0f32.splat::<S>().max(x)),
-    }
-}
-
-#[inline(always)]
-fn map<S: Simd, const L: usize>(values: &mut [f32], f: impl Fn(Register<S>) -> Register<S>) {
-    for numbers in values.as_chunks_mut::<L>().0 {
-        store(f(load::<S, L>(numbers)), numbers);
+        Activation::Sigmoid => {
+            for x in values {
+                store(sigmoid::<S>(load(x)), x);
+            }
+        }
+        Activation::Tanh => {
+            for x in values {
+                store(tanh::<S>(load(x)), x);
+            }
+        }
+        Activation::Relu => {
+            for x in values {
+                // In this order a number that is none stays none.
+                store(0f32.splat::<S>().max(load(x)), x);
+            }
+        }
     }
 }
 
