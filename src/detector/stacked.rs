@@ -3,7 +3,7 @@
 //! Networks side by side are one network whose first layer is `[input, filter·unit]` and whose later layers are zero but
 //! for a block a filter on the diagonal. Six units a filter are no work worth a matrix product of their own, so the
 //! zeros are multiplied too: at 4 × (164 → 6 → 1) they are one product in fifty. In return a layer is one call of
-//! [`kernel::product`] forward, one of [`kernel::outer`] for ∂E/∂weights and one of `product` for ∂E/∂inputs, all at the
+//! `kernel::product` forward, one of `kernel::outer` for ∂E/∂weights and one of `product` for ∂E/∂inputs, all at the
 //! speed of the machine's registers.
 //!
 //! Snapshots are cut into chunks that stay in the nearest caches, and chunks are dealt to shares, which are what
