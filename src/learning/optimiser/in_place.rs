@@ -1,4 +1,4 @@
-//! The same steps as [`Descent`](super::Descent) takes on tensors, on plain arrays and in place.
+//! The same steps as [`Descent`] takes on tensors, on plain arrays and in place.
 
 use super::{Descent, MOMENTUM, Memory};
 use crate::{
