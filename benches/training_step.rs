@@ -1,10 +1,20 @@
 //! One whole training step (noise, forward, objective with the map in it, backward, Adam) of four networks 164→6→1 on
-//! K = 2,400 snapshots along a route of 89 m.
+//! K = 2,400 snapshots along a route of 89 m; and, as `fast`, all of it but the objective by stacked networks.
 
 use ballmark::{
-    detector::device::cpu,
+    detector::{
+        device::cpu,
+        net::{NetConfig, Weights},
+        stacked::{Noise, Stacked},
+    },
     geometry::Pose,
-    learning::{Recipe, lesson::Lesson, trainer::Trainer},
+    learning::{
+        Recipe,
+        lesson::Lesson,
+        optimiser::in_place::InPlace,
+        recipe::{DescentConfig, Optimiser},
+        trainer::Trainer,
+    },
     recording::{Channel, Columns, Recording, split::Split},
     seed::Seed,
 };
@@ -42,6 +52,20 @@ fn recording() -> Recording {
     .expect("columns of one length")
 }
 
+/// Four networks of six hidden units, all snapshots at every step, Adam, noise on the inputs, the map in the objective.
+fn small_networks() -> Recipe {
+    let mut recipe = Recipe::thrun1998();
+    recipe.descent = DescentConfig {
+        optimiser: Optimiser::Adam,
+        learning_rate: 0.03,
+        weight_decay: 0.01,
+        map_in_objective: true,
+        ..recipe.descent
+    };
+    recipe.augmentation.input_noise = 0.3;
+    recipe
+}
+
 fn training_step(criterion: &mut Criterion) {
     let recording = recording();
     let everything = Split {
@@ -53,7 +77,7 @@ fn training_step(criterion: &mut Criterion) {
     for name in ["2m", "global"] {
         let recipe = Recipe {
             uncertainty: name.parse().expect("an uncertainty as users write it"),
-            ..Recipe::default()
+            ..small_networks()
         };
         let lesson = Lesson::prepare(&recipe, &recording, &everything).expect("enough snapshots");
         let mut trainer = Trainer::new(&recipe, &lesson, &cpu());
@@ -64,5 +88,45 @@ fn training_step(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, training_step);
+/// Forward, backward and Adam without an objective between them: one whose slope never changes stands in for it.
+fn fast(criterion: &mut Criterion) {
+    let mut random = Seed(1).stream("bench");
+    let mut draw = |rows, columns| {
+        Array2::from_shape_simple_fn((rows, columns), || random.random_range(-1f32..1.0))
+    };
+    let (inputs, slope) = (draw(SNAPSHOTS, INPUTS), draw(SNAPSHOTS, 4) * 1e-4);
+    let bank = draw(1, 1 << 20).into_raw_vec_and_offset().0;
+    let net = NetConfig::thrun1998();
+    let mut weights = Weights::random(&net, INPUTS, 4, &mut Seed(1).stream("weights"));
+    let mut gradient = weights.clone();
+    let mut activation = Array2::zeros((SNAPSHOTS, 4));
+    let mut stacked = Stacked::new(&weights);
+    let mut descent = InPlace::new(&DescentConfig::default());
+    let mut group = criterion.benchmark_group("fast");
+    for name in ["without noise", "with noise"] {
+        let mut step = 0;
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                step += 1;
+                let noise = (name == "with noise").then(|| Noise {
+                    bank: &bank,
+                    start: step * 7919 % bank.len(),
+                    deviation: 0.3,
+                });
+                stacked
+                    .forward(&weights, inputs.view(), noise, activation.view_mut())
+                    .expect("networks of this shape");
+                stacked
+                    .backward(slope.view(), &mut gradient)
+                    .expect("the same inputs");
+                descent
+                    .step(&mut weights, &gradient)
+                    .expect("weights of one shape");
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, training_step, fast);
 criterion_main!(benches);

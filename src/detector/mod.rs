@@ -4,6 +4,7 @@ pub mod device;
 pub mod input;
 pub mod net;
 pub mod random_projection;
+pub mod stacked;
 
 use crate::error::Result;
 use crate::recording::Recording;

@@ -59,6 +59,16 @@ const MOST_UNITS: usize = 10_000;
 const MOST_LAYERS: usize = 16;
 
 impl NetConfig {
+    /// Networks that share nothing, each of six hidden sigmoid units (Thrun 1998, 5.1.4).
+    pub fn thrun1998() -> Self {
+        Self {
+            trunk: Vec::new(),
+            hidden: vec![6],
+            activation: Activation::Sigmoid,
+            gain: 1.0,
+        }
+    }
+
     /// # Errors
     /// Where a layer has no units or too many, or there are too many layers.
     pub fn check(&self) -> Result<()> {

@@ -100,7 +100,11 @@ fn stretches(indices: &[usize], count: usize, random: &mut Stream) -> Vec<usize>
     let stretches: Vec<&[usize]> = indices.chunks(STRETCH).collect();
     let numbers: Vec<usize> = (0..stretches.len()).collect();
     let drawn = some(&numbers, count.div_ceil(STRETCH), random);
-    drawn.into_iter().flat_map(|s| stretches[s]).copied().collect()
+    drawn
+        .into_iter()
+        .flat_map(|s| stretches[s])
+        .copied()
+        .collect()
 }
 
 /// The uncertainty of one truth.

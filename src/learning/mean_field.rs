@@ -102,7 +102,14 @@ pub fn error_m(
     let blocks = error_m.par_chunks_mut(ROWS).enumerate();
     blocks.for_each(|(block, error_m)| {
         let mut slope = Array2::zeros((error_m.len(), map.m.nrows()));
-        map.descend(priors, truth, weight, block * ROWS, slope.view_mut(), error_m);
+        map.descend(
+            priors,
+            truth,
+            weight,
+            block * ROWS,
+            slope.view_mut(),
+            error_m,
+        );
     });
     weighted(ArrayView1::from(&error_m), weight)
 }

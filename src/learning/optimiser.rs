@@ -1,5 +1,7 @@
 //! One step down the gradient, with a state that can be written down and taken up again to the bit.
 
+pub mod in_place;
+
 use super::recipe::{DescentConfig, Optimiser};
 use burn::{
     optim::{Adam, AdamConfig, AdamState, AdaptiveMomentumState, Optimizer},

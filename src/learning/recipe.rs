@@ -2,10 +2,7 @@
 
 use crate::{
     belief::{MapConfig, Uncertainty},
-    detector::{
-        input::InputConfig,
-        net::{Activation, NetConfig},
-    },
+    detector::{input::InputConfig, net::NetConfig},
     error::{Error, Result},
     learning::{mean_field, objective},
     recording::split::SplitConfig,
@@ -269,12 +266,7 @@ impl Recipe {
     /// inputs.
     pub fn thrun1998() -> Self {
         Self {
-            network: NetConfig {
-                trunk: Vec::new(),
-                hidden: vec![6],
-                activation: Activation::Sigmoid,
-                gain: 1.0,
-            },
+            network: NetConfig::thrun1998(),
             descent: DescentConfig {
                 objective: Objective::Exact,
                 optimiser: Optimiser::Momentum,

@@ -8,9 +8,7 @@ use super::{
     recipe::Recipe,
 };
 use crate::{
-    detector::{
-        net::{Nets, Weights, values},
-    },
+    detector::net::{Nets, Weights, values},
     error::{Error, Result},
     seed::Seed,
 };

@@ -1,7 +1,10 @@
 use super::*;
 use crate::{
     belief::{Places, Uncertainty},
-    geometry::Pose, learning::objective, learning::prior_operator::PriorOperator, seed::Seed,
+    geometry::Pose,
+    learning::objective,
+    learning::prior_operator::PriorOperator,
+    seed::Seed,
 };
 use ndarray::array;
 use rand::RngExt;
