@@ -1,34 +1,47 @@
 //! In the plane without any idea where: all distances, by blocks.
 
-use crate::belief::Places;
-use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, Zip};
+use super::{Asking, Rows};
+use crate::{
+    geometry::Pose,
+    learning::lanes::{LANES, Lanes, Real, Vectors},
+};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Every candidate for every truth. Up to some thousands of places the distances are kept; beyond, they are made block
-/// by block, multiplied and dropped, so that memory grows no faster than the number of places.
+/// by block, used and dropped, so that memory grows no faster than the number of places.
 pub struct Everywhere {
-    truths: Places,
-    candidates: Places,
-    kept: Option<Array2<f64>>,
+    truths: Vec<[f64; 2]>,
+    candidates: Vec<[f64; 2]>,
+    /// `[truth, candidate]`, in metres; enough for whoever calculates in `f32`.
+    kept: Option<Vec<f32>>,
 }
 
-/// Truths handled at once.
-const BLOCK: usize = 64;
+/// Places asked about whose distances are made at once, and that are summed in the rows' own precision.
+const BLOCK: usize = 32;
 
-/// Most distances that are kept: 200 MB.
+/// Places asking at once.
+const ROWS: usize = 4;
+
+/// Most distances that are kept: 100 MB.
 const MOST_KEPT: usize = 25_000_000;
 
 impl Everywhere {
-    pub(super) fn new(truths: &Places, candidates: &Places) -> Self {
-        let (truths, candidates) = (truths.clone(), candidates.clone());
-        let kept = (truths.len() * candidates.len() <= MOST_KEPT).then(|| {
-            let mut all = Array2::zeros((truths.len(), candidates.len()));
-            let blocks = all
-                .axis_chunks_iter_mut(Axis(0), BLOCK)
-                .into_par_iter()
-                .enumerate();
-            blocks
-                .for_each(|(block, out)| fill_distances(&truths, block * BLOCK, &candidates, out));
+    pub(super) fn new(truths: &[Pose], candidates: &[Pose]) -> Self {
+        let at = |poses: &[Pose]| poses.iter().map(|p| [p.x_m, p.y_m]).collect();
+        Self::between(at(truths), at(candidates))
+    }
+
+    pub(super) fn between(truths: Vec<[f64; 2]>, candidates: Vec<[f64; 2]>) -> Self {
+        let pairs = truths.len() * candidates.len();
+        let kept = (0 < pairs && pairs <= MOST_KEPT).then(|| {
+            let mut all = vec![0.0; pairs];
+            let rows = all.par_chunks_mut(candidates.len()).zip(&truths);
+            rows.for_each(|(row, truth)| {
+                for (out, candidate) in row.iter_mut().zip(&candidates) {
+                    *out = distance_m::<f64>(truth, candidate) as f32;
+                }
+            });
             all
         });
         Self {
@@ -38,66 +51,83 @@ impl Everywhere {
         }
     }
 
-    fn share(&self) -> f64 {
-        1.0 / self.candidates.len().max(1) as f64
+    /// Numbers of truths and candidates.
+    pub(super) fn counts(&self) -> (usize, usize) {
+        (self.truths.len(), self.candidates.len())
     }
 
-    /// Candidates that the prior of every truth admits.
-    pub(super) fn window_sizes(&self) -> Vec<usize> {
-        vec![self.candidates.len(); self.truths.len()]
-    }
-
-    pub(super) fn candidates(&self) -> usize {
-        self.candidates.len()
-    }
-
-    pub(super) fn apply(&self, map: ArrayView2<f64>) -> (Array2<f64>, Array2<f64>) {
-        let kept = self.kept.as_ref().map(|all| all.view());
-        let n = distances_times(&self.truths, &self.candidates, kept, map, self.share());
-        let mean = map.sum_axis(Axis(0)) * self.share();
-        let mut d = Array2::zeros(n.raw_dim());
-        d.assign(&mean);
-        (n, d)
-    }
-
-    pub(super) fn apply_transposed(&self, u: ArrayView2<f64>, v: ArrayView2<f64>) -> Array2<f64> {
-        let kept = self.kept.as_ref().map(|all| all.t());
-        let mut out = distances_times(&self.candidates, &self.truths, kept, u, self.share());
-        out -= &(v.sum_axis(Axis(0)) * self.share());
-        out
-    }
-}
-
-/// `share`·e(from, to)·rows, `[from, outcome]`.
-fn distances_times(
-    from: &Places,
-    to: &Places,
-    kept: Option<ArrayView2<f64>>,
-    rows: ArrayView2<f64>,
-    share: f64,
-) -> Array2<f64> {
-    let mut out = Array2::zeros((from.len(), rows.ncols()));
-    out.axis_chunks_iter_mut(Axis(0), BLOCK)
-        .into_par_iter()
-        .enumerate()
-        .for_each(|(block, mut out)| {
-            let first = block * BLOCK;
-            match &kept {
-                Some(all) => {
-                    let block = all.slice_axis(Axis(0), (first..first + out.nrows()).into());
-                    ndarray::linalg::general_mat_mul(share, &block, &rows, 0.0, &mut out);
+    /// Σ e·rows for some places, one tile.
+    #[inline(always)]
+    pub(super) fn answer<T: Real>(
+        &self,
+        asking: Asking,
+        places: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        by_error: &mut [Lanes<f64>],
+    ) {
+        let kept = self.kept.as_deref().and_then(T::kept);
+        let (from, to) = match asking {
+            Asking::Truths => (&self.truths, &self.candidates),
+            Asking::Candidates => (&self.candidates, &self.truths),
+        };
+        // How far apart the distances of neighbours stand, from one place asking to the next, and asked about.
+        let (step_from, step_to) = match asking {
+            Asking::Truths => (self.candidates.len(), 1),
+            Asking::Candidates => (1, self.candidates.len()),
+        };
+        for (first, out) in places.step_by(ROWS).zip(by_error.chunks_mut(ROWS)) {
+            out.fill([0.0; LANES]);
+            for start in (0..to.len()).step_by(BLOCK) {
+                let end = (start + BLOCK).min(to.len());
+                let mut e = [[T::default(); BLOCK]; ROWS];
+                for (row, e) in e[..out.len()].iter_mut().enumerate() {
+                    for (place, e) in (start..end).zip(e) {
+                        *e = match kept {
+                            Some(all) => all[(first + row) * step_from + place * step_to],
+                            None => distance_m(&from[first + row], &to[place]),
+                        };
+                    }
                 }
-                None => {
-                    let mut block = Array2::zeros((out.nrows(), to.len()));
-                    fill_distances(from, first, to, block.view_mut());
-                    ndarray::linalg::general_mat_mul(share, &block, &rows, 0.0, &mut out);
+                let mut sums = [[T::default(); LANES]; ROWS];
+                for place in start..end {
+                    let a = &rows.by_error[place * rows.tiles + tile];
+                    for (sums, e) in sums.iter_mut().zip(&e) {
+                        let e = e[place - start];
+                        for l in 0..LANES {
+                            sums[l] += e * a[l];
+                        }
+                    }
+                }
+                for (out, sums) in out.iter_mut().zip(&sums) {
+                    for l in 0..LANES {
+                        out[l] += sums[l].wide();
+                    }
                 }
             }
-        });
-    out
+        }
+    }
 }
 
-/// e from places `first`.. to all others, `[from, to]`.
-fn fill_distances(from: &Places, first: usize, to: &Places, mut out: ArrayViewMut2<f64>) {
-    Zip::indexed(&mut out).for_each(|(i, j), d| *d = from.distance_m(first + i, to, j));
+/// The sum of all rows to be summed plainly, for every tile.
+pub(super) fn add_up<T: Real>(rows: &Rows<T>, total: &mut Vec<Lanes<f64>>, vectors: Vectors) {
+    total.clear();
+    total.resize(rows.tiles, [0.0; LANES]);
+    let plain = rows.plain.unwrap_or(rows.by_error);
+    vectors.run(|| {
+        for row in plain.chunks_exact(rows.tiles) {
+            for (total, row) in total.iter_mut().zip(row) {
+                for l in 0..LANES {
+                    total[l] += row[l].wide();
+                }
+            }
+        }
+    });
+}
+
+/// The difference in `f64`, as it cancels; the rest in the precision asked for.
+#[inline(always)]
+fn distance_m<T: Real>(a: &[f64; 2], b: &[f64; 2]) -> T {
+    let (x, y) = (T::of(a[0] - b[0]), T::of(a[1] - b[1]));
+    (x * x + y * y).root()
 }

@@ -1,0 +1,141 @@
+//! Sixteen numbers side by side, and the widest vectors that the machine has for them.
+//!
+//! The objective does the same to every outcome f, so outcomes lie side by side in rows of [`LANES`] numbers: one
+//! register of sixteen `f32` with AVX-512, two with AVX2, four elsewhere. A kernel is written once as plain loops over
+//! such rows, marked `#[inline(always)]`, and [`Vectors::run`] calls the copy compiled for this machine. No kernel asks
+//! for fused multiply-add, so every copy gives the same bits.
+
+use macerator::AutoArch;
+use std::ops::{Add, AddAssign, Div, Mul, Sub};
+
+/// Numbers in a row.
+pub(super) const LANES: usize = 16;
+
+/// A row.
+pub(super) type Lanes<T> = [T; LANES];
+
+/// A precision that the objective takes and gives: `f32` to train with, `f64` as the reference. What sums over places
+/// is `f64` in both.
+pub trait Real:
+    Copy
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + std::fmt::Debug
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + sealed::Sealed
+    + 'static
+{
+    /// 1.
+    const ONE: Self;
+    /// Rounded to this precision.
+    fn of(value: f64) -> Self;
+    /// As `f64`, exactly.
+    fn wide(self) -> f64;
+    /// Numbers kept as `f32`, where that is precise enough.
+    fn kept(numbers: &[f32]) -> Option<&[Self]>;
+    /// √.
+    fn root(self) -> Self;
+}
+
+impl Real for f32 {
+    const ONE: Self = 1.0;
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+    #[inline(always)]
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
+    fn kept(numbers: &[f32]) -> Option<&[Self]> {
+        Some(numbers)
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+impl Real for f64 {
+    const ONE: Self = 1.0;
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn wide(self) -> f64 {
+        self
+    }
+    fn kept(_: &[f32]) -> Option<&[Self]> {
+        None
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+mod sealed {
+    /// Kernels are compiled and tested for these two only.
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// The larger; the second where the first is no number.
+#[inline(always)]
+pub(super) fn at_least<T: Real>(value: T, least: T) -> T {
+    if value > least { value } else { least }
+}
+
+/// Σ over a row, by halves: fixed order, and vectors all the way.
+#[inline(always)]
+pub(super) fn total<T: Real>(row: &Lanes<T>) -> T {
+    let mut eight: [T; 8] = Default::default();
+    for l in 0..8 {
+        eight[l] = row[l] + row[l + 8];
+    }
+    let mut four: [T; 4] = Default::default();
+    for l in 0..4 {
+        four[l] = eight[l] + eight[l + 4];
+    }
+    (four[0] + four[2]) + (four[1] + four[3])
+}
+
+/// Which copy of a kernel runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Vectors {
+    /// The one for the best instructions found on this machine: AVX-512, AVX2, SSE 4.2, NEON or none of them.
+    Best,
+    /// The one that runs everywhere.
+    #[cfg_attr(not(test), expect(dead_code, reason = "what the best is tested against"))]
+    Portable,
+}
+
+impl Vectors {
+    /// Runs a kernel; all it calls should be inlined into it.
+    #[inline(always)]
+    pub(super) fn run<R>(self, kernel: impl FnOnce() -> R) -> R {
+        match self {
+            Vectors::Best => AutoArch::new().dispatch(kernel),
+            Vectors::Portable => kernel(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_total_is_the_sum_of_all_sixteen() {
+        let row: Lanes<f64> = std::array::from_fn(|l| f64::from(1u32 << l));
+        assert_eq!(total(&row), 65535.0);
+    }
+}
