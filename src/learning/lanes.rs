@@ -1,18 +1,42 @@
 //! Sixteen numbers side by side, and the widest vectors that the machine has for them.
 //!
 //! The objective does the same to every outcome f, so outcomes lie side by side in rows of [`LANES`] numbers: one
-//! register of sixteen `f32` with AVX-512, two with AVX2, four elsewhere. A kernel is written once as plain loops over
-//! such rows, marked `#[inline(always)]`, and [`Vectors::run`] calls the copy compiled for this machine. No kernel asks
-//! for fused multiply-add, so every copy gives the same bits.
+//! register of sixteen `f32` with AVX-512, two with AVX2, four elsewhere. A [`Kernel`] is written once as plain loops
+//! over such rows, and [`Vectors::run`] calls the copy compiled for this machine. No kernel asks for fused multiply-add,
+//! so every copy gives the same bits.
 
-use macerator::AutoArch;
-use std::ops::{Add, AddAssign, Div, Mul, Sub};
+use macerator::{AutoArch, Simd, WithSimd};
+use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, Sub};
 
 /// Numbers in a row.
 pub(super) const LANES: usize = 16;
 
-/// A row.
-pub(super) type Lanes<T> = [T; LANES];
+/// A row, in one cache line or two: vectors that straddle lines cost twice as much.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(align(64))]
+pub(super) struct Lanes<T>(pub(super) [T; LANES]);
+
+impl<T: Copy> Lanes<T> {
+    /// The same number everywhere.
+    pub(super) const fn all(value: T) -> Self {
+        Self([value; LANES])
+    }
+}
+
+impl<T> Index<usize> for Lanes<T> {
+    type Output = T;
+    #[inline(always)]
+    fn index(&self, l: usize) -> &T {
+        &self.0[l]
+    }
+}
+
+impl<T> IndexMut<usize> for Lanes<T> {
+    #[inline(always)]
+    fn index_mut(&mut self, l: usize) -> &mut T {
+        &mut self.0[l]
+    }
+}
 
 /// A precision that the objective takes and gives: `f32` to train with, `f64` as the reference. What sums over places
 /// is `f64` in both.
@@ -108,6 +132,27 @@ pub(super) fn total<T: Real>(row: &Lanes<T>) -> T {
     (four[0] + four[2]) + (four[1] + four[3])
 }
 
+/// Work that is compiled once for every kind of vectors.
+///
+/// `run`, and all it calls in its inner loops, must be `#[inline(always)]`: what isn't inlined runs without vectors. A
+/// closure can't be, so kernels are structures.
+pub(super) trait Kernel {
+    type Output;
+    fn run(self) -> Self::Output;
+}
+
+/// A kernel as `macerator` takes it.
+struct Compiled<K>(K);
+
+impl<K: Kernel> WithSimd for Compiled<K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self) -> K::Output {
+        self.0.run()
+    }
+}
+
 /// Which copy of a kernel runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Vectors {
@@ -119,12 +164,11 @@ pub(super) enum Vectors {
 }
 
 impl Vectors {
-    /// Runs a kernel; all it calls should be inlined into it.
-    #[inline(always)]
-    pub(super) fn run<R>(self, kernel: impl FnOnce() -> R) -> R {
+    /// Runs a kernel.
+    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self {
-            Vectors::Best => AutoArch::new().dispatch(kernel),
-            Vectors::Portable => kernel(),
+            Vectors::Best => AutoArch::new().dispatch(Compiled(kernel)),
+            Vectors::Portable => kernel.run(),
         }
     }
 }
@@ -135,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_total_is_the_sum_of_all_sixteen() {
-        let row: Lanes<f64> = std::array::from_fn(|l| f64::from(1u32 << l));
+        let row = Lanes(std::array::from_fn(|l| f64::from(1u32 << l)));
         assert_eq!(total(&row), 65535.0);
     }
 }

@@ -21,14 +21,16 @@
 //! chunks of fixed size, outcome beside outcome in vectors, and leaves only M, U and U∘ē in memory.
 
 mod outcomes;
+mod passes;
 
 use super::{
-    lanes::{LANES, Lanes, Real, Vectors, at_least},
-    prior_operator::{Answers, Asking, CHUNK, PriorOperator, Rows, Scratch},
+    lanes::{Lanes, Real, Vectors},
+    prior_operator::{Asking, CHUNK, PriorOperator, Rows, Scratch},
 };
 use crate::error::{Error, Result};
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2};
-use outcomes::{Factors, high, tiles};
+use outcomes::tiles;
+use passes::{Activations, LookAtTruths, LookBack, Outcomes, Room};
 use rayon::prelude::*;
 
 /// Most features that 2^n outcomes allow.
@@ -190,11 +192,17 @@ impl<T: Real> Objective<T> {
             map.as_slice().unwrap_or_default(),
             weight.as_slice().unwrap_or_default(),
         );
+        let of = |g, side| Activations {
+            g,
+            features: n,
+            order: prior.order(side),
+        };
+        let (truth, map) = (of(truth, Asking::Truths), of(map, Asking::Candidates));
         // One way into the pool for all passes.
         rayon::scope(|_| {
-            self.look_at_map(prior, map, n);
-            self.look_at_truths(prior, truth, weight, n);
-            self.look_back(prior, map, n);
+            self.look_at_map(prior, map);
+            self.look_at_truths(prior, truth, weight);
+            self.look_back(prior, map);
         });
         let errors_m = prior.prior_error_m().iter();
         self.evaluation.prior_error_m = errors_m.zip(weight).map(|(e, w)| e * w).sum();
@@ -202,222 +210,95 @@ impl<T: Real> Objective<T> {
     }
 
     /// M, and what the truths will ask of it.
-    fn look_at_map(&mut self, prior: &PriorOperator, g: &[T], n: usize) {
-        let (tiles, vectors) = (tiles(n), self.vectors);
-        let order = prior.order(Asking::Candidates);
+    fn look_at_map(&mut self, prior: &PriorOperator, map: Activations<T>) {
+        let (tiles, vectors) = (tiles(map.features), self.vectors);
         self.map
-            .resize(prior.candidates() * tiles, [T::default(); LANES]);
+            .resize(prior.candidates() * tiles, Lanes::<T>::default());
         let chunks = self.map.par_chunks_mut(CHUNK * tiles).enumerate();
-        chunks.for_each(|(chunk, rows)| {
-            let mut highs = vec![T::ONE; tiles];
-            vectors.run(|| {
-                for (i, row) in rows.chunks_mut(tiles).enumerate() {
-                    let g = of_place(g, n, order, chunk * CHUNK + i);
-                    let factors = Factors::new(g);
-                    high(g, &mut highs);
-                    for (row, &high) in row.iter_mut().zip(&highs) {
-                        *row = factors.outcomes(high);
-                    }
-                }
+        chunks.for_each(|(chunk, out)| {
+            vectors.run(Outcomes {
+                activations: map,
+                first: chunk * CHUNK,
+                highs: &mut vec![T::ONE; tiles],
+                out,
             });
         });
-        let rows = Rows {
-            tiles,
-            by_error: &self.map,
-            plain: None,
-        };
+        let rows = rows_of(tiles, &self.map, None);
         prior.prepare(Asking::Truths, &rows, &mut self.of_map, vectors);
     }
 
     /// ē, E, ∂E/∂g of the truths, and U for the way back.
-    fn look_at_truths(&mut self, prior: &PriorOperator, g: &[T], weight: &[f64], n: usize) {
-        let (tiles, vectors) = (tiles(n), self.vectors);
-        let order = prior.order(Asking::Truths);
-        let truths = prior.truths();
-        let nothing = [T::default(); LANES];
-        self.by_error.resize(truths * tiles, nothing);
-        self.plain.resize(truths * tiles, nothing);
+    fn look_at_truths(&mut self, prior: &PriorOperator, truth: Activations<T>, weight: &[f64]) {
+        let (n, vectors) = (truth.features, self.vectors);
+        let (tiles, truths) = (tiles(n), prior.truths());
+        self.by_error.resize(truths * tiles, Lanes::<T>::default());
+        self.plain.resize(truths * tiles, Lanes::<T>::default());
         self.parts_m.resize(truths.div_ceil(CHUNK), 0.0);
-        let (of_map, rows) = (
-            &self.of_map,
-            Rows {
-                tiles,
-                by_error: &self.map,
-                plain: None,
-            },
-        );
+        let (rows, scratch) = (rows_of(tiles, &self.map, None), &self.of_map);
         let (by_error, plain, parts_m) = (&mut self.by_error, &mut self.plain, &mut self.parts_m);
         let gradient = &mut self.evaluation.truth_gradient;
-        fill(gradient, &mut self.in_order, (truths, n), order, |out| {
+        fill(gradient, &mut self.in_order, (truths, n), truth.order, |gradient| {
             let chunks = by_error
                 .par_chunks_mut(CHUNK * tiles)
                 .zip(plain.par_chunks_mut(CHUNK * tiles))
-                .zip(out.par_chunks_mut(CHUNK * n))
+                .zip(gradient.par_chunks_mut(CHUNK * n))
                 .zip(parts_m.par_iter_mut())
                 .enumerate();
-            chunks.for_each(|(chunk, (((by_error, plain), out), part_m))| {
-                let mut room = Room::new(tiles);
-                let chunk = Truths {
-                    first: chunk * CHUNK,
-                    g,
-                    n,
-                    order,
+            chunks.for_each(|(chunk, (((by_error, plain), gradient), part_m))| {
+                *part_m = vectors.run(LookAtTruths {
+                    prior,
+                    activations: truth,
                     weight,
-                };
-                *part_m = vectors
-                    .run(|| chunk.look(prior, &rows, of_map, &mut room, by_error, plain, out));
+                    first: chunk * CHUNK,
+                    rows: &rows,
+                    scratch,
+                    room: &mut Room::new(tiles),
+                    by_error,
+                    plain,
+                    gradient,
+                });
             });
         });
         self.evaluation.posterior_error_m = self.parts_m.iter().sum();
-        let rows = Rows {
-            tiles,
-            by_error: &self.by_error,
-            plain: Some(&self.plain),
-        };
+        let rows = rows_of(tiles, &self.by_error, Some(&self.plain));
         prior.prepare(Asking::Candidates, &rows, &mut self.of_truths, vectors);
     }
 
     /// ∂E/∂M and with it ∂E/∂g of the map's places.
-    fn look_back(&mut self, prior: &PriorOperator, g: &[T], n: usize) {
-        let (tiles, vectors) = (tiles(n), self.vectors);
-        let order = prior.order(Asking::Candidates);
-        let rows = Rows {
-            tiles,
-            by_error: &self.by_error,
-            plain: Some(&self.plain),
-        };
-        let of_truths = &self.of_truths;
+    fn look_back(&mut self, prior: &PriorOperator, map: Activations<T>) {
+        let (n, vectors) = (map.features, self.vectors);
+        let tiles = tiles(n);
+        let rows = rows_of(tiles, &self.by_error, Some(&self.plain));
+        let scratch = &self.of_truths;
         let gradient = &mut self.evaluation.map_gradient;
         let shape = (prior.candidates(), n);
-        fill(gradient, &mut self.in_order, shape, order, |out| {
-            let chunks = out.par_chunks_mut(CHUNK * n).enumerate();
-            chunks.for_each(|(chunk, out)| {
-                let (first, count) = (chunk * CHUNK, out.len() / n);
-                let mut room = Room::new(tiles);
-                vectors.run(|| {
-                    for tile in 0..tiles {
-                        let places = first..first + count;
-                        let asking = Asking::Candidates;
-                        prior.answer(asking, places, tile, &rows, of_truths, &mut room.answers);
-                        for i in 0..count {
-                            let slope = &mut room.slope[i * tiles + tile];
-                            for l in 0..LANES {
-                                let (by_error, plain) =
-                                    (room.answers.by_error[i][l], room.answers.plain[i][l]);
-                                slope[l] = T::of(by_error - plain);
-                            }
-                        }
-                    }
-                    for (i, out) in out.chunks_exact_mut(n).enumerate() {
-                        let g = of_place(g, n, order, first + i);
-                        high(g, &mut room.highs[..tiles]);
-                        let slope = &room.slope[i * tiles..(i + 1) * tiles];
-                        Factors::new(g).gradient(g, &room.highs[..tiles], slope, &mut room.open, out);
-                    }
+        fill(gradient, &mut self.in_order, shape, map.order, |gradient| {
+            let chunks = gradient.par_chunks_mut(CHUNK * n).enumerate();
+            chunks.for_each(|(chunk, gradient)| {
+                vectors.run(LookBack {
+                    prior,
+                    activations: map,
+                    first: chunk * CHUNK,
+                    rows: &rows,
+                    scratch,
+                    room: &mut Room::new(tiles),
+                    gradient,
                 });
             });
         });
     }
 }
 
-/// A chunk of truths in order.
-struct Truths<'a, T> {
-    first: usize,
-    g: &'a [T],
-    n: usize,
-    order: Option<&'a [usize]>,
-    weight: &'a [f64],
-}
-
-/// What a chunk of places needs besides its input and output.
-struct Room<T> {
-    answers: Answers,
-    /// ∂E/∂P, `[place, tile]`.
-    slope: Vec<Lanes<T>>,
-    /// `[place, tile]`.
-    highs: Vec<T>,
-    /// `[tile]`.
-    open: Vec<T>,
-}
-
-impl<T: Real> Room<T> {
-    fn new(tiles: usize) -> Self {
-        Self {
-            answers: Answers::new(),
-            slope: vec![[T::default(); LANES]; CHUNK * tiles],
-            highs: vec![T::default(); CHUNK * tiles],
-            open: vec![T::default(); tiles],
-        }
+fn rows_of<'a, T>(
+    tiles: usize,
+    by_error: &'a [Lanes<T>],
+    plain: Option<&'a [Lanes<T>]>,
+) -> Rows<'a, T> {
+    Rows {
+        tiles,
+        by_error,
+        plain,
     }
-}
-
-impl<T: Real> Truths<'_, T> {
-    /// Their part of E; U, U∘ē and ∂E/∂g.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "three inputs, three outputs and room to work in")]
-    fn look(
-        &self,
-        prior: &PriorOperator,
-        rows: &Rows<T>,
-        of_map: &Scratch<T>,
-        room: &mut Room<T>,
-        by_error: &mut [Lanes<T>],
-        plain: &mut [Lanes<T>],
-        out: &mut [T],
-    ) -> f64 {
-        let (tiles, count) = (rows.tiles, out.len() / self.n);
-        let mut error_m = [0.0; LANES];
-        for (i, highs) in room.highs.chunks_exact_mut(tiles).take(count).enumerate() {
-            high(of_place(self.g, self.n, self.order, self.first + i), highs);
-        }
-        for tile in 0..tiles {
-            let places = self.first..self.first + count;
-            prior.answer(Asking::Truths, places, tile, rows, of_map, &mut room.answers);
-            for i in 0..count {
-                let truth = number(self.order, self.first + i);
-                let weight = T::of(self.weight[truth]);
-                let least = SMALLEST_PROBABILITY * prior.window_size(truth).max(1) as f64;
-                let least = T::of(least);
-                let g = of_place(self.g, self.n, self.order, self.first + i);
-                let p = Factors::new(g).outcomes(room.highs[i * tiles + tile]);
-                let row = i * tiles + tile;
-                let (by_error, plain) = (&mut by_error[row], &mut plain[row]);
-                let (n, d) = (&room.answers.by_error[i], &room.answers.plain[i]);
-                let slope = &mut room.slope[row];
-                for l in 0..LANES {
-                    let inverse = T::ONE / at_least(T::of(d[l]), least);
-                    let expected = at_least(T::of(n[l]), T::default()) * inverse; // ē
-                    slope[l] = weight * expected; // ∂E/∂P
-                    by_error[l] = weight * p[l] * inverse; // U
-                    plain[l] = by_error[l] * expected;
-                    error_m[l] += (p[l] * slope[l]).wide();
-                }
-            }
-        }
-        for (i, out) in out.chunks_exact_mut(self.n).enumerate() {
-            let g = of_place(self.g, self.n, self.order, self.first + i);
-            let of_tiles = i * tiles..(i + 1) * tiles;
-            let (high, slope) = (&room.highs[of_tiles.clone()], &room.slope[of_tiles]);
-            Factors::new(g).gradient(g, high, slope, &mut room.open, out);
-        }
-        super::lanes::total(&error_m)
-    }
-}
-
-/// The caller's number of place `place` in order.
-#[inline(always)]
-fn number(order: Option<&[usize]>, place: usize) -> usize {
-    match order {
-        Some(order) => order[place],
-        None => place,
-    }
-}
-
-/// Activations of place `place` in order.
-#[inline(always)]
-fn of_place<'a, T>(g: &'a [T], n: usize, order: Option<&[usize]>, place: usize) -> &'a [T] {
-    let k = number(order, place);
-    &g[k * n..(k + 1) * n]
 }
 
 /// Lets a gradient be filled in order, and puts it into the caller's.

@@ -27,12 +27,12 @@ impl<T: Real> Factors<T> {
     /// Of activations g, all n of them.
     #[inline(always)]
     pub(super) fn new(g: &[T]) -> Self {
-        let mut low = [[T::default(); LANES]; LOW];
+        let mut low = [Lanes::<T>::default(); LOW];
         for (i, low) in low.iter_mut().enumerate() {
             let g = if i < g.len() { g[i] } else { T::default() };
             let not = T::ONE - g;
-            for (l, low) in low.iter_mut().enumerate() {
-                *low = if l >> i & 1 == 1 { g } else { not };
+            for l in 0..LANES {
+                low[l] = if l >> i & 1 == 1 { g } else { not };
             }
         }
         let product = times(&times(&low[0], &low[1]), &times(&low[2], &low[3]));
@@ -43,8 +43,8 @@ impl<T: Real> Factors<T> {
     #[inline(always)]
     pub(super) fn outcomes(&self, high: T) -> Lanes<T> {
         let mut p = self.product;
-        for p in &mut p {
-            *p = *p * high;
+        for l in 0..LANES {
+            p[l] = p[l] * high;
         }
         p
     }
@@ -62,7 +62,7 @@ impl<T: Real> Factors<T> {
         out: &mut [T],
     ) {
         // Summed over the high features, the sixteen outcomes of the low ones are left.
-        let mut open = [T::default(); LANES];
+        let mut open = Lanes::<T>::default();
         for (slope, &high) in slope.iter().zip(high) {
             for l in 0..LANES {
                 open[l] += slope[l] * high;
@@ -73,8 +73,8 @@ impl<T: Real> Factors<T> {
         let others = [times(b, &cd), times(a, &cd), times(&ab, d), times(&ab, c)];
         for ((i, others), out) in others.iter().enumerate().zip(out.iter_mut()) {
             let mut signed = times(others, &open);
-            for (l, signed) in signed.iter_mut().enumerate() {
-                *signed = if l >> i & 1 == 1 { *signed } else { T::default() - *signed };
+            for l in 0..LANES {
+                signed[l] = if l >> i & 1 == 1 { signed[l] } else { T::default() - signed[l] };
             }
             *out = total(&signed);
         }

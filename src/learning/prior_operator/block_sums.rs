@@ -12,7 +12,7 @@
 //! enters, and stay in the first-level cache. Cost: a few additions a place and outcome, whatever the windows' width.
 
 use super::{Answers, Rows, route_windows::Side};
-use crate::learning::lanes::{LANES, Lanes, Real, Vectors};
+use crate::learning::lanes::{Kernel, LANES, Lanes, Real, Vectors};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ const BLOCK: usize = 16;
 /// Of some places: Σ a, Σ x·a and, where other rows are summed plainly, Σ b.
 type Sums<const Q: usize> = [Lanes<f64>; Q];
 
-const NOTHING: Lanes<f64> = [0.0; LANES];
+const NOTHING: Lanes<f64> = Lanes::all(0.0);
 
 /// The sums of all blocks, of all blocks of blocks, …, `[level][block, tile]`.
 #[derive(Debug, Default)]
@@ -38,14 +38,11 @@ impl<const Q: usize> BlockSums<Q> {
         self.level(0).resize(blocks * tiles, [NOTHING; Q]);
         let chunks = self.levels[0].par_chunks_mut(BLOCK * tiles).enumerate();
         chunks.for_each(|(chunk, sums)| {
-            vectors.run(|| {
-                for (node, sums) in sums.iter_mut().enumerate() {
-                    let (block, tile) = (chunk * BLOCK + node / tiles, node % tiles);
-                    *sums = [NOTHING; Q];
-                    for place in places_of(block, places) {
-                        add_row(sums, rows, place, tile, x_m[place]);
-                    }
-                }
+            vectors.run(SumUp {
+                first: chunk * BLOCK,
+                rows,
+                x_m,
+                sums,
             });
         });
         let mut level = 0;
@@ -90,6 +87,27 @@ impl<const Q: usize> BlockSums<Q> {
             (start, end) = (start / BLOCK, end / BLOCK);
         }
         sums
+    }
+}
+
+/// The sums of some blocks, `[block, tile]`.
+struct SumUp<'a, T, const Q: usize> {
+    first: usize,
+    rows: &'a Rows<'a, T>,
+    x_m: &'a [f64],
+    sums: &'a mut [Sums<Q>],
+}
+
+impl<T: Real, const Q: usize> Kernel for SumUp<'_, T, Q> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let tiles = self.rows.tiles;
+        for (node, sums) in self.sums.iter_mut().enumerate() {
+            let (block, tile) = (self.first + node / tiles, node % tiles);
+            *sums = directly(places_of(block, self.x_m.len()), self.rows, tile, self.x_m);
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{Answers, Asking, CHUNK, Rows, Scratch, everywhere, everywhere::Everywhere};
 use crate::{
     geometry::Pose,
-    learning::lanes::{LANES, Lanes, Real, Vectors},
+    learning::lanes::{Kernel, LANES, Lanes, Real, Vectors},
 };
 use rayon::prelude::*;
 use std::{collections::BTreeMap, ops::Range};
@@ -62,10 +62,11 @@ impl Cells {
         let tiles = rows.tiles;
         scratch
             .cell_rows
-            .resize(to.cells() * tiles, [T::default(); LANES]);
-        let cells = scratch.cell_rows.par_chunks_mut(tiles).enumerate();
-        cells.with_min_len(CHUNK).for_each(|(cell, out)| {
-            vectors.run(|| to.add_up(cell, rows, out));
+            .resize(to.cells() * tiles, Lanes::<T>::default());
+        let chunks = scratch.cell_rows.par_chunks_mut(CHUNK * tiles).enumerate();
+        chunks.for_each(|(chunk, out)| {
+            let first = chunk * CHUNK;
+            vectors.run(AddUp { to, first, rows, out });
         });
         let rows = Rows {
             tiles,
@@ -74,20 +75,15 @@ impl Cells {
         };
         scratch
             .cell_sums
-            .resize(from.cells() * tiles, [0.0; LANES]);
+            .resize(from.cells() * tiles, Lanes::<f64>::default());
         let chunks = scratch.cell_sums.par_chunks_mut(CHUNK * tiles).enumerate();
         chunks.for_each(|(chunk, out)| {
-            let cells = chunk * CHUNK..chunk * CHUNK + out.len() / tiles;
-            let mut sums = [[0.0; LANES]; CHUNK];
-            vectors.run(|| {
-                for tile in 0..tiles {
-                    let sums = &mut sums[..cells.len()];
-                    self.between
-                        .answer(asking, cells.clone(), tile, &rows, sums);
-                    for (out, sums) in out.chunks_mut(tiles).zip(sums) {
-                        out[tile] = *sums;
-                    }
-                }
+            vectors.run(Between {
+                cells: self,
+                asking,
+                first: chunk * CHUNK,
+                rows: &rows,
+                out,
             });
         });
     }
@@ -139,18 +135,66 @@ impl Side {
         self.start.len() - 1
     }
 
-    /// Adds up the rows of a cell, `[tile]`.
+    fn members(&self, cell: usize) -> &[u32] {
+        &self.places[self.start[cell]..self.start[cell + 1]]
+    }
+}
+
+/// The rows of some cells, `[cell, tile]`: each the sum of its places'.
+struct AddUp<'a, T> {
+    to: &'a Side,
+    first: usize,
+    rows: &'a Rows<'a, T>,
+    out: &'a mut [Lanes<T>],
+}
+
+impl<T: Real> Kernel for AddUp<'_, T> {
+    type Output = ();
+
     #[inline(always)]
-    fn add_up<T: Real>(&self, cell: usize, rows: &Rows<T>, out: &mut [Lanes<T>]) {
-        for (tile, out) in out.iter_mut().enumerate() {
-            let mut sums = [0.0; LANES];
-            for &place in &self.places[self.start[cell]..self.start[cell + 1]] {
-                let row = &rows.by_error[place as usize * rows.tiles + tile];
+    fn run(self) {
+        let tiles = self.rows.tiles;
+        for (node, out) in self.out.iter_mut().enumerate() {
+            let (cell, tile) = (self.first + node / tiles, node % tiles);
+            let mut sums = Lanes::<f64>::default();
+            for &place in self.to.members(cell) {
+                let row = &self.rows.by_error[place as usize * tiles + tile];
                 for l in 0..LANES {
                     sums[l] += row[l].wide();
                 }
             }
-            *out = sums.map(T::of);
+            for l in 0..LANES {
+                out[l] = T::of(sums[l]);
+            }
+        }
+    }
+}
+
+/// Σ e·rows of some cells that ask, `[cell, tile]`.
+struct Between<'a, T> {
+    cells: &'a Cells,
+    asking: Asking,
+    first: usize,
+    rows: &'a Rows<'a, T>,
+    out: &'a mut [Lanes<f64>],
+}
+
+impl<T: Real> Kernel for Between<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let tiles = self.rows.tiles;
+        let cells = self.first..self.first + self.out.len() / tiles;
+        let mut sums = [Lanes::default(); CHUNK];
+        let sums = &mut sums[..cells.len()];
+        for tile in 0..tiles {
+            self.cells
+                .between
+                .answer(self.asking, cells.clone(), tile, self.rows, sums);
+            for (out, sums) in self.out.chunks_mut(tiles).zip(&*sums) {
+                out[tile] = *sums;
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::{Asking, Rows};
 use crate::{
     geometry::Pose,
-    learning::lanes::{LANES, Lanes, Real, Vectors},
+    learning::lanes::{Kernel, LANES, Lanes, Real, Vectors},
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -15,6 +15,8 @@ pub struct Everywhere {
     candidates: Vec<[f64; 2]>,
     /// `[truth, candidate]`, in metres; enough for whoever calculates in `f32`.
     kept: Option<Vec<f32>>,
+    /// Truths and candidates are the same places, so that rows are as good as columns.
+    symmetric: bool,
 }
 
 /// Places asked about whose distances are made at once, and that are summed in the rows' own precision.
@@ -45,6 +47,7 @@ impl Everywhere {
             all
         });
         Self {
+            symmetric: truths == candidates,
             truths,
             candidates,
             kept,
@@ -67,38 +70,36 @@ impl Everywhere {
         by_error: &mut [Lanes<f64>],
     ) {
         let kept = self.kept.as_deref().and_then(T::kept);
+        let by_truths = asking == Asking::Truths || self.symmetric;
         let (from, to) = match asking {
-            Asking::Truths => (&self.truths, &self.candidates),
-            Asking::Candidates => (&self.candidates, &self.truths),
-        };
-        // How far apart the distances of neighbours stand, from one place asking to the next, and asked about.
-        let (step_from, step_to) = match asking {
-            Asking::Truths => (self.candidates.len(), 1),
-            Asking::Candidates => (1, self.candidates.len()),
+            Asking::Truths => (&self.truths[..], &self.candidates[..]),
+            Asking::Candidates => (&self.candidates[..], &self.truths[..]),
         };
         for (first, out) in places.step_by(ROWS).zip(by_error.chunks_mut(ROWS)) {
-            out.fill([0.0; LANES]);
+            out.fill(Lanes::<f64>::default());
             for start in (0..to.len()).step_by(BLOCK) {
                 let end = (start + BLOCK).min(to.len());
                 let mut e = [[T::default(); BLOCK]; ROWS];
                 for (row, e) in e[..out.len()].iter_mut().enumerate() {
-                    for (place, e) in (start..end).zip(e) {
-                        *e = match kept {
-                            Some(all) => all[(first + row) * step_from + place * step_to],
-                            None => distance_m(&from[first + row], &to[place]),
-                        };
-                    }
-                }
-                let mut sums = [[T::default(); LANES]; ROWS];
-                for place in start..end {
-                    let a = &rows.by_error[place * rows.tiles + tile];
-                    for (sums, e) in sums.iter_mut().zip(&e) {
-                        let e = e[place - start];
-                        for l in 0..LANES {
-                            sums[l] += e * a[l];
+                    let e = &mut e[..end - start];
+                    match kept {
+                        Some(all) if by_truths => {
+                            let row = (first + row) * to.len();
+                            e.copy_from_slice(&all[row + start..row + end]);
+                        }
+                        Some(all) => {
+                            for (place, e) in (start..end).zip(e) {
+                                *e = all[place * from.len() + first + row];
+                            }
+                        }
+                        None => {
+                            for (to, e) in to[start..end].iter().zip(e) {
+                                *e = distance_m(&from[first + row], to);
+                            }
                         }
                     }
                 }
+                let sums = sums(&e, start..end, tile, rows);
                 for (out, sums) in out.iter_mut().zip(&sums) {
                     for l in 0..LANES {
                         out[l] += sums[l].wide();
@@ -109,20 +110,53 @@ impl Everywhere {
     }
 }
 
+/// Σ e·rows over some places asked about, for each place that asks.
+#[inline(always)]
+fn sums<T: Real>(
+    e: &[[T; BLOCK]; ROWS],
+    places: Range<usize>,
+    tile: usize,
+    rows: &Rows<T>,
+) -> [Lanes<T>; ROWS] {
+    let mut sums = [Lanes::<T>::default(); ROWS];
+    for (number, place) in places.enumerate() {
+        let a = rows.by_error[place * rows.tiles + tile];
+        for row in 0..ROWS {
+            let e = e[row][number];
+            for l in 0..LANES {
+                sums[row][l] += e * a[l];
+            }
+        }
+    }
+    sums
+}
+
 /// The sum of all rows to be summed plainly, for every tile.
 pub(super) fn add_up<T: Real>(rows: &Rows<T>, total: &mut Vec<Lanes<f64>>, vectors: Vectors) {
     total.clear();
-    total.resize(rows.tiles, [0.0; LANES]);
+    total.resize(rows.tiles, Lanes::<f64>::default());
     let plain = rows.plain.unwrap_or(rows.by_error);
-    vectors.run(|| {
-        for row in plain.chunks_exact(rows.tiles) {
-            for (total, row) in total.iter_mut().zip(row) {
+    vectors.run(AddUp { plain, total });
+}
+
+struct AddUp<'a, T> {
+    plain: &'a [Lanes<T>],
+    total: &'a mut [Lanes<f64>],
+}
+
+impl<T: Real> Kernel for AddUp<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for row in self.plain.chunks_exact(self.total.len()) {
+            for (total, row) in self.total.iter_mut().zip(row) {
                 for l in 0..LANES {
                     total[l] += row[l].wide();
                 }
             }
         }
-    });
+    }
 }
 
 /// The difference in `f64`, as it cancels; the rest in the precision asked for.

@@ -20,7 +20,7 @@ mod everywhere;
 mod route_windows;
 mod sparse_rows;
 
-use super::lanes::{LANES, Lanes, Real, Vectors};
+use super::lanes::{Kernel, Lanes, Real, Vectors};
 use crate::{
     belief::{Places, Uncertainty},
     error::{Error, Result},
@@ -69,9 +69,9 @@ pub(super) enum Asking {
     Candidates,
 }
 
-/// What is summed: rows of the places asked about, in the operator's order, `[place, tile]` of [`LANES`] outcomes each.
+/// What is summed: rows of the places asked about, in the operator's order, `[place, tile]` of sixteen outcomes each.
 pub(super) struct Rows<'a, T> {
-    /// Tiles of [`LANES`] outcomes a place has.
+    /// Tiles of sixteen outcomes a place has.
     pub tiles: usize,
     /// Summed with weight e.
     pub by_error: &'a [Lanes<T>],
@@ -108,8 +108,8 @@ impl Answers {
     #[inline(always)]
     pub(super) fn new() -> Self {
         Self {
-            by_error: [[0.0; LANES]; CHUNK],
-            plain: [[0.0; LANES]; CHUNK],
+            by_error: [Lanes::default(); CHUNK],
+            plain: [Lanes::default(); CHUNK],
         }
     }
 }
@@ -254,6 +254,11 @@ impl PriorOperator {
         self.candidates
     }
 
+    /// The same as a slice.
+    pub(super) fn prior_errors_m(&self) -> &[f64] {
+        self.prior_error_m.as_slice().unwrap_or_default() // a standard layout is a slice
+    }
+
     /// How many candidates the prior of one truth admits.
     pub(super) fn window_size(&self, truth: usize) -> usize {
         self.window_sizes[truth]
@@ -318,7 +323,7 @@ impl PriorOperator {
 
     /// The mean of e over the candidates that every truth's prior admits.
     fn mean_errors(&self) -> Array1<f64> {
-        let ones = vec![[1.0; LANES]; self.candidates];
+        let ones = vec![Lanes::all(1.0); self.candidates];
         let rows = Rows {
             tiles: 1,
             by_error: &ones,
@@ -329,19 +334,45 @@ impl PriorOperator {
         let mut in_order = vec![0.0; self.truths];
         let chunks = in_order.par_chunks_mut(CHUNK).enumerate();
         chunks.for_each(|(chunk, out)| {
-            let places = chunk * CHUNK..chunk * CHUNK + out.len();
-            let mut answers = Answers::new();
-            vectors
-                .run(|| self.answer(Asking::Truths, places, 0, &rows, &scratch, &mut answers));
-            for ((out, error), plain) in out.iter_mut().zip(answers.by_error).zip(answers.plain) {
-                *out = error[0].max(0.0) / plain[0].max(1.0);
-            }
+            vectors.run(MeanErrors {
+                prior: self,
+                first: chunk * CHUNK,
+                rows: &rows,
+                scratch: &scratch,
+                out,
+            });
         });
         let mut means = Array1::zeros(self.truths);
         for (place, mean) in in_order.into_iter().enumerate() {
             means[self.order(Asking::Truths).map_or(place, |order| order[place])] = mean;
         }
         means
+    }
+}
+
+/// The mean errors of a chunk of truths; of rows of ones.
+struct MeanErrors<'a> {
+    prior: &'a PriorOperator,
+    first: usize,
+    rows: &'a Rows<'a, f64>,
+    scratch: &'a Scratch<f64>,
+    out: &'a mut [f64],
+}
+
+impl Kernel for MeanErrors<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let places = self.first..self.first + self.out.len();
+        let mut answers = Answers::new();
+        let asking = Asking::Truths;
+        self.prior
+            .answer(asking, places, 0, self.rows, self.scratch, &mut answers);
+        for (place, out) in self.out.iter_mut().enumerate() {
+            let (error, plain) = (answers.by_error[place][0], answers.plain[place][0]);
+            *out = error.max(0.0) / plain.max(1.0);
+        }
     }
 }
 

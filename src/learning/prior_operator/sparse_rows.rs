@@ -3,7 +3,7 @@
 use super::{Answers, Asking, Rows};
 use crate::{
     belief::{Places, Uncertainty},
-    learning::lanes::{LANES, Real},
+    learning::lanes::{LANES, Lanes, Real},
 };
 use rayon::prelude::*;
 use rstar::{RTree, primitives::GeomWithData};
@@ -93,10 +93,10 @@ impl SparseRows {
         {
             let pairs = lists.start[place]..lists.start[place + 1];
             let (index, error_m) = (&lists.index[pairs.clone()], &lists.error_m[pairs]);
-            *by_error = [0.0; LANES];
-            *plain = [0.0; LANES];
+            *by_error = Lanes::<f64>::default();
+            *plain = Lanes::<f64>::default();
             for (index, error_m) in index.chunks(RUN).zip(error_m.chunks(RUN)) {
-                let (mut weighed, mut summed) = ([T::default(); LANES], [T::default(); LANES]);
+                let (mut weighed, mut summed) = (Lanes::<T>::default(), Lanes::<T>::default());
                 for (&index, &error_m) in index.iter().zip(error_m) {
                     let row = index as usize * rows.tiles + tile;
                     let (a, b, e) = (&rows.by_error[row], &plain_rows[row], T::of(error_m));
