@@ -61,6 +61,16 @@ pub trait Real:
     fn of(value: f64) -> Self;
     /// As `f64`, exactly.
     fn wide(self) -> f64;
+    /// A row rounded to this precision.
+    #[inline(always)]
+    #[expect(private_interfaces, reason = "nobody outside calls it: the trait is sealed")]
+    fn row_of(row: &Lanes<f64>) -> Lanes<Self> {
+        let mut out = Lanes::all(Self::default());
+        for l in 0..LANES {
+            out[l] = Self::of(row[l]);
+        }
+        out
+    }
     /// Numbers kept as `f32`, where that is precise enough.
     fn kept(numbers: &[f32]) -> Option<&[Self]>;
     /// √.

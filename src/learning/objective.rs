@@ -244,7 +244,8 @@ impl<T: Real> Objective<T> {
                 .zip(gradient.par_chunks_mut(CHUNK * n))
                 .zip(parts_m.par_iter_mut())
                 .enumerate();
-            chunks.for_each(|(chunk, (((by_error, plain), gradient), part_m))| {
+            let room = || Room::new(tiles);
+            chunks.for_each_init(room, |room, (chunk, (((by_error, plain), gradient), part_m))| {
                 *part_m = vectors.run(LookAtTruths {
                     prior,
                     activations: truth,
@@ -252,7 +253,7 @@ impl<T: Real> Objective<T> {
                     first: chunk * CHUNK,
                     rows: &rows,
                     scratch,
-                    room: &mut Room::new(tiles),
+                    room,
                     by_error,
                     plain,
                     gradient,
@@ -274,14 +275,15 @@ impl<T: Real> Objective<T> {
         let shape = (prior.candidates(), n);
         fill(gradient, &mut self.in_order, shape, map.order, |gradient| {
             let chunks = gradient.par_chunks_mut(CHUNK * n).enumerate();
-            chunks.for_each(|(chunk, gradient)| {
+            let room = || Room::new(tiles);
+            chunks.for_each_init(room, |room, (chunk, gradient)| {
                 vectors.run(LookBack {
                     prior,
                     activations: map,
                     first: chunk * CHUNK,
                     rows: &rows,
                     scratch,
-                    room: &mut Room::new(tiles),
+                    room,
                     gradient,
                 });
             });

@@ -160,3 +160,60 @@ fn double_precision_equals_the_dense_reference() {
 fn single_precision_equals_the_dense_reference() {
     holds::<f32>(1e-6);
 }
+
+/// The bits of E and of both gradients.
+fn bits<T: Real>(vectors: Vectors, case: &Case) -> Vec<u64> {
+    let prior = PriorOperator::new(case.uncertainty, &case.truths, &case.candidates);
+    let mut objective = Objective::<T>::on(vectors);
+    let (g, m) = (case.g.mapv(T::of), case.m.mapv(T::of));
+    let e = objective.evaluate(&prior, g.view(), m.view(), case.weight.view());
+    let (error_m, of_truths, of_map) = all(e.unwrap());
+    let gradients = of_truths.iter().chain(&of_map).map(|v| v.to_bits());
+    std::iter::once(error_m.to_bits()).chain(gradients).collect()
+}
+
+#[test]
+fn one_two_and_four_threads_give_the_same_bits() {
+    for case in cases() {
+        let in_pool = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.unwrap().install(|| [bits::<f32>(Vectors::Best, &case), bits::<f64>(Vectors::Best, &case)])
+        };
+        let one = in_pool(1);
+        assert_eq!(one, in_pool(2), "{}", case.uncertainty);
+        assert_eq!(one, in_pool(4), "{}", case.uncertainty);
+    }
+}
+
+#[test]
+fn the_best_vectors_and_none_give_the_same_bits() {
+    for case in cases() {
+        assert_eq!(bits::<f32>(Vectors::Best, &case), bits::<f32>(Vectors::Portable, &case));
+        assert_eq!(bits::<f64>(Vectors::Best, &case), bits::<f64>(Vectors::Portable, &case));
+    }
+}
+
+#[test]
+fn an_outcome_that_the_map_never_shows_tells_nothing() {
+    let places = Places::Route(vec![0.0, 3.0, 6.0]);
+    let prior = PriorOperator::new(Uncertainty::Global, &places, &places);
+    let (truth, map) = (ndarray::array![[1.0], [1.0], [1.0]], ndarray::array![[0.0], [0.0], [0.0]]);
+    let e = evaluate(&prior, truth.view(), map.view(), equal_weights(3).view()).unwrap();
+    assert!((e.posterior_error_m - e.prior_error_m).abs() < 1e-12, "{e:?}");
+}
+
+#[test]
+fn what_does_not_fit_is_told() {
+    let places = Places::Route(vec![0.0, 3.0, 6.0]);
+    let prior = PriorOperator::new(Uncertainty::Global, &places, &places);
+    let told = |truths: usize, map: usize, weights: usize, n: usize| {
+        let g = |k: usize| Array2::<f64>::zeros((k, n));
+        evaluate(&prior, g(truths).view(), g(map).view(), equal_weights(weights).view())
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(told(2, 3, 3, 1).contains("activations of (2, 1) truths"));
+    assert!(told(3, 4, 3, 1).contains("expected (3, 1), (3, 1) and 3"));
+    assert!(told(3, 3, 2, 1).contains("with 2 weights"));
+    assert!(told(3, 3, 3, 13).contains("at most 12"));
+}

@@ -14,12 +14,10 @@ pub(super) fn tiles(features: usize) -> usize {
     1 << features.saturating_sub(LOW)
 }
 
-/// P(f|s) of one place, by its factors.
+/// P(f|s) of one place, but for the high features.
 #[derive(Clone, Copy)]
 pub(super) struct Factors<T> {
-    /// P(f_i|s) for i below four, over the sixteen outcomes.
-    low: [Lanes<T>; LOW],
-    /// Their product.
+    /// The product over the four lowest features, over the sixteen outcomes.
     product: Lanes<T>,
 }
 
@@ -36,7 +34,7 @@ impl<T: Real> Factors<T> {
             }
         }
         let product = times(&times(&low[0], &low[1]), &times(&low[2], &low[3]));
-        Self { low, product }
+        Self { product }
     }
 
     /// P(f|s) of a tile's outcomes, the tile's number given by [`high`].
@@ -49,43 +47,90 @@ impl<T: Real> Factors<T> {
         p
     }
 
-    /// ∂E/∂g_i = Σ_f ∂E/∂P[f] · (±1) · Π_{j≠i} P(f_j | s): leave-one-out products, so that g = 0 and g = 1 are fine.
-    ///
-    /// `slope` is ∂E/∂P, `[tile]`, `high` the tiles' numbers; `room` is overwritten.
+    /// Σ over the low outcomes of P times ∂E/∂P, one number a tile: what the high features' gradient is made of.
     #[inline(always)]
-    pub(super) fn gradient(
-        &self,
-        g: &[T],
-        high: &[T],
-        slope: &[Lanes<T>],
-        room: &mut [T],
-        out: &mut [T],
-    ) {
-        // Summed over the high features, the sixteen outcomes of the low ones are left.
-        let mut open = Lanes::<T>::default();
-        for (slope, &high) in slope.iter().zip(high) {
+    fn sum_out_low(&self, slope: &[Lanes<T>], out: &mut [T]) {
+        for (out, slope) in out.iter_mut().zip(slope) {
+            *out = total(&times(&self.product, slope));
+        }
+    }
+}
+
+/// ∂E/∂g_i = Σ_f ∂E/∂P[f] · (±1) · Π_{j≠i} P(f_j | s), for up to sixteen places side by side: leave-one-out products,
+/// so that g = 0 and g = 1 are fine.
+///
+/// Of each place `g` are its activations, `[place, feature]`, `slope` is ∂E/∂P and `highs` the tiles' numbers,
+/// `[place, tile]`; `room` is overwritten.
+#[inline(always)]
+pub(super) fn gradient<T: Real>(
+    g: [&[T]; LANES],
+    highs: &[T],
+    slope: &[Lanes<T>],
+    room: &mut [T],
+    out: &mut [T],
+) {
+    let (n, tiles) = (g[0].len(), room.len());
+    let places = out.len() / n;
+    // Outcome by outcome, with the places in the lanes. Summed over the high features, sixteen are left.
+    let mut open = [Lanes::<T>::default(); LANES];
+    for place in 0..places {
+        let mut of_place = Lanes::<T>::default();
+        for tile in 0..tiles {
+            let (slope, high) = (slope[place * tiles + tile], highs[place * tiles + tile]);
             for l in 0..LANES {
-                open[l] += slope[l] * high;
+                of_place[l] += slope[l] * high;
             }
         }
-        let [a, b, c, d] = &self.low;
-        let (ab, cd) = (times(a, b), times(c, d));
-        let others = [times(b, &cd), times(a, &cd), times(&ab, d), times(&ab, c)];
-        for ((i, others), out) in others.iter().enumerate().zip(out.iter_mut()) {
-            let mut signed = times(others, &open);
-            for l in 0..LANES {
-                signed[l] = if l >> i & 1 == 1 { signed[l] } else { T::default() - signed[l] };
-            }
-            *out = total(&signed);
+        for f in 0..LANES {
+            open[f][place] = of_place[f];
         }
-        if g.len() > LOW {
-            // And summed over the low ones, one number a tile.
-            for (room, slope) in room.iter_mut().zip(slope) {
-                *room = total(&times(&self.product, slope));
+    }
+    let mut low = [Lanes::<T>::default(); LOW];
+    for place in 0..places {
+        for (i, &g) in g[place].iter().take(LOW).enumerate() {
+            low[i][place] = g;
+        }
+    }
+    // The last feature first: what comes after it is summed over already, what comes before it still is open.
+    for i in (0..LOW).rev() {
+        let half = 1 << i;
+        let mut difference = [Lanes::<T>::default(); LANES / 2];
+        for f in 0..half {
+            for l in 0..LANES {
+                difference[f][l] = open[f + half][l] - open[f][l];
             }
+        }
+        for j in (0..i).rev() {
+            for f in 0..1 << j {
+                difference[f] = mean(&difference[f], &difference[f + (1 << j)], &low[j]);
+            }
+        }
+        if i < n {
+            for place in 0..places {
+                out[place * n + i] = difference[0][place];
+            }
+        }
+        for f in 0..half {
+            open[f] = mean(&open[f], &open[f + half], &low[i]);
+        }
+    }
+    if n > LOW {
+        for (place, out) in out.chunks_exact_mut(n).enumerate() {
+            let g = g[place];
+            Factors::new(g).sum_out_low(&slope[place * tiles..(place + 1) * tiles], room);
             high_gradient(&g[LOW..], room, &mut out[LOW..]);
         }
     }
+}
+
+/// The mean over a feature that is 1 with probability g.
+#[inline(always)]
+fn mean<T: Real>(without: &Lanes<T>, with: &Lanes<T>, g: &Lanes<T>) -> Lanes<T> {
+    let mut mean = *without;
+    for l in 0..LANES {
+        mean[l] = (T::ONE - g[l]) * without[l] + g[l] * with[l];
+    }
+    mean
 }
 
 /// P of the high features' outcomes, one a tile.

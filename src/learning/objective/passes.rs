@@ -1,6 +1,6 @@
 //! The three passes over the places, a chunk of them at a time.
 
-use super::{SMALLEST_PROBABILITY, outcomes::{Factors, high}};
+use super::{SMALLEST_PROBABILITY, outcomes::{Factors, gradient, high}};
 use crate::learning::{
     lanes::{Kernel, LANES, Lanes, Real, at_least, total},
     prior_operator::{Answers, Asking, CHUNK, PriorOperator, Rows, Scratch},
@@ -89,11 +89,16 @@ impl<T: Real> Room<T> {
         tiles: usize,
         out: &mut [T],
     ) {
-        for (i, out) in out.chunks_exact_mut(activations.features).enumerate() {
-            let of_tiles = i * tiles..(i + 1) * tiles;
+        for (group, out) in out.chunks_mut(activations.features * LANES).enumerate() {
+            let start = group * LANES;
+            let places = start..start + out.len() / activations.features;
+            let of_tiles = places.start * tiles..places.end * tiles;
             let (highs, slope) = (&self.highs[of_tiles.clone()], &self.slope[of_tiles]);
-            let g = activations.of(first + i);
-            Factors::new(g).gradient(g, highs, slope, &mut self.open, out);
+            let mut g = [activations.of(first + start); LANES];
+            for (g, place) in g.iter_mut().zip(places) {
+                *g = activations.of(first + place);
+            }
+            gradient(g, highs, slope, &mut self.open, out);
         }
     }
 
@@ -152,16 +157,23 @@ impl<T: Real> Kernel for LookAtTruths<'_, T> {
                 let least = T::of(SMALLEST_PROBABILITY * places as f64);
                 let row = i * tiles + tile;
                 let p = Factors::new(activations.of(first + i)).outcomes(room.highs[row]);
-                let (n, d) = (&answers.by_error[i], &answers.plain[i]);
+                let (n, d) = (answers.by_error[i], answers.plain[i]);
+                // ē − prior error: what is small is rounded, not what it is the difference of.
+                let mut above_m = n;
+                for l in 0..LANES {
+                    above_m[l] = n[l] - prior_error_m * d[l];
+                }
+                let (mut above_m, d) = (T::row_of(&above_m), T::row_of(&d));
                 let (mut slope, mut u, mut v) = (p, p, p);
                 for l in 0..LANES {
-                    let inverse = T::ONE / at_least(T::of(d[l]), least);
-                    // ē − prior error: what is small is rounded, not what it is the difference of.
-                    let above_m = T::of(n[l] - prior_error_m * d[l]) * inverse;
-                    let expected_m = at_least(T::of(prior_error_m) + above_m, T::default()); // ē
-                    slope[l] = weight * above_m; // ∂E/∂P, but for a number that is the same for all f
+                    let inverse = T::ONE / at_least(d[l], least);
+                    above_m[l] = above_m[l] * inverse;
+                    let expected_m = at_least(T::of(prior_error_m) + above_m[l], T::default()); // ē
+                    slope[l] = weight * above_m[l]; // ∂E/∂P, but for a number that is the same for all f
                     u[l] = weight * p[l] * inverse;
                     v[l] = u[l] * expected_m;
+                }
+                for l in 0..LANES {
                     error_m[l] += (p[l] * slope[l]).wide();
                 }
                 room.slope[row] = slope;
@@ -204,11 +216,11 @@ impl<T: Real> Kernel for LookBack<'_, T> {
             self.prior
                 .answer(asking, places, tile, self.rows, self.scratch, answers);
             for i in 0..count {
-                let (by_error, plain) = (&answers.by_error[i], &answers.plain[i]);
-                let slope = &mut room.slope[i * tiles + tile];
+                let (mut slope, plain) = (answers.by_error[i], answers.plain[i]);
                 for l in 0..LANES {
-                    slope[l] = T::of(by_error[l] - plain[l]);
+                    slope[l] -= plain[l];
                 }
+                room.slope[i * tiles + tile] = T::row_of(&slope);
             }
         }
         room.to_activations(&activations, first, tiles, self.gradient);

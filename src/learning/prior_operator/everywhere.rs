@@ -118,17 +118,26 @@ fn sums<T: Real>(
     tile: usize,
     rows: &Rows<T>,
 ) -> [Lanes<T>; ROWS] {
-    let mut sums = [Lanes::<T>::default(); ROWS];
-    for (number, place) in places.enumerate() {
-        let a = rows.by_error[place * rows.tiles + tile];
-        for row in 0..ROWS {
-            let e = e[row][number];
-            for l in 0..LANES {
-                sums[row][l] += e * a[l];
-            }
+    let nothing = Lanes::<T>::default();
+    let (mut s0, mut s1, mut s2, mut s3) = (nothing, nothing, nothing, nothing);
+    let [e0, e1, e2, e3] = e;
+    let of_places = rows.by_error[places.start * rows.tiles..places.end * rows.tiles].chunks_exact(rows.tiles);
+    for ((((row, &e0), &e1), &e2), &e3) in of_places.zip(e0).zip(e1).zip(e2).zip(e3) {
+        let row = row[tile];
+        for l in 0..LANES {
+            s0[l] += e0 * row[l];
+        }
+        for l in 0..LANES {
+            s1[l] += e1 * row[l];
+        }
+        for l in 0..LANES {
+            s2[l] += e2 * row[l];
+        }
+        for l in 0..LANES {
+            s3[l] += e3 * row[l];
         }
     }
-    sums
+    [s0, s1, s2, s3]
 }
 
 /// The sum of all rows to be summed plainly, for every tile.
