@@ -28,10 +28,17 @@ fn route() -> Places {
 fn plane() -> Places {
     let in_row = SNAPSHOTS / ROWS;
     let pose = |k: usize| {
-        let (row, x_m) = (k / in_row, LENGTH_M / ROWS as f64 * (k % in_row) as f64 / in_row as f64);
+        let (row, x_m) = (
+            k / in_row,
+            LENGTH_M / ROWS as f64 * (k % in_row) as f64 / in_row as f64,
+        );
         match row % 2 {
             0 => Pose::new(x_m, row as f64, 0.0),
-            _ => Pose::new(LENGTH_M / ROWS as f64 - x_m, row as f64, std::f64::consts::PI),
+            _ => Pose::new(
+                LENGTH_M / ROWS as f64 - x_m,
+                row as f64,
+                std::f64::consts::PI,
+            ),
         }
     };
     Places::Plane((0..SNAPSHOTS).map(pose).collect())

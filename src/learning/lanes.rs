@@ -63,7 +63,10 @@ pub trait Real:
     fn wide(self) -> f64;
     /// A row rounded to this precision.
     #[inline(always)]
-    #[expect(private_interfaces, reason = "nobody outside calls it: the trait is sealed")]
+    #[expect(
+        private_interfaces,
+        reason = "nobody outside calls it: the trait is sealed"
+    )]
     fn row_of(row: &Lanes<f64>) -> Lanes<Self> {
         let mut out = Lanes::all(Self::default());
         for l in 0..LANES {
@@ -71,10 +74,6 @@ pub trait Real:
         }
         out
     }
-    /// Numbers kept as `f32`, where that is precise enough.
-    fn kept(numbers: &[f32]) -> Option<&[Self]>;
-    /// √.
-    fn root(self) -> Self;
 }
 
 impl Real for f32 {
@@ -87,13 +86,6 @@ impl Real for f32 {
     fn wide(self) -> f64 {
         f64::from(self)
     }
-    fn kept(numbers: &[f32]) -> Option<&[Self]> {
-        Some(numbers)
-    }
-    #[inline(always)]
-    fn root(self) -> Self {
-        self.sqrt()
-    }
 }
 
 impl Real for f64 {
@@ -105,13 +97,6 @@ impl Real for f64 {
     #[inline(always)]
     fn wide(self) -> f64 {
         self
-    }
-    fn kept(_: &[f32]) -> Option<&[Self]> {
-        None
-    }
-    #[inline(always)]
-    fn root(self) -> Self {
-        self.sqrt()
     }
 }
 
@@ -169,7 +154,10 @@ pub(super) enum Vectors {
     /// The one for the best instructions found on this machine: AVX-512, AVX2, SSE 4.2, NEON or none of them.
     Best,
     /// The one that runs everywhere.
-    #[cfg_attr(not(test), expect(dead_code, reason = "what the best is tested against"))]
+    #[cfg_attr(
+        not(test),
+        expect(dead_code, reason = "what the best is tested against")
+    )]
     Portable,
 }
 

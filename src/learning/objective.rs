@@ -116,7 +116,7 @@ pub struct Objective<T> {
     /// M `[candidate, tile]`, in the operator's order, as are U and U∘ē `[truth, tile]`.
     map: Vec<Lanes<T>>,
     by_error: Vec<Lanes<T>>,
-    plain: Vec<Lanes<T>>,
+    plain: Vec<Lanes<f64>>,
     of_map: Scratch<T>,
     of_truths: Scratch<T>,
     /// E of every chunk of truths.
@@ -232,34 +232,43 @@ impl<T: Real> Objective<T> {
         let (n, vectors) = (truth.features, self.vectors);
         let (tiles, truths) = (tiles(n), prior.truths());
         self.by_error.resize(truths * tiles, Lanes::<T>::default());
-        self.plain.resize(truths * tiles, Lanes::<T>::default());
+        self.plain.resize(truths * tiles, Lanes::default());
         self.parts_m.resize(truths.div_ceil(CHUNK), 0.0);
         let (rows, scratch) = (rows_of(tiles, &self.map, None), &self.of_map);
         let (by_error, plain, parts_m) = (&mut self.by_error, &mut self.plain, &mut self.parts_m);
         let gradient = &mut self.evaluation.truth_gradient;
-        fill(gradient, &mut self.in_order, (truths, n), truth.order, |gradient| {
-            let chunks = by_error
-                .par_chunks_mut(CHUNK * tiles)
-                .zip(plain.par_chunks_mut(CHUNK * tiles))
-                .zip(gradient.par_chunks_mut(CHUNK * n))
-                .zip(parts_m.par_iter_mut())
-                .enumerate();
-            let room = || Room::new(tiles);
-            chunks.for_each_init(room, |room, (chunk, (((by_error, plain), gradient), part_m))| {
-                *part_m = vectors.run(LookAtTruths {
-                    prior,
-                    activations: truth,
-                    weight,
-                    first: chunk * CHUNK,
-                    rows: &rows,
-                    scratch,
+        fill(
+            gradient,
+            &mut self.in_order,
+            (truths, n),
+            truth.order,
+            |gradient| {
+                let chunks = by_error
+                    .par_chunks_mut(CHUNK * tiles)
+                    .zip(plain.par_chunks_mut(CHUNK * tiles))
+                    .zip(gradient.par_chunks_mut(CHUNK * n))
+                    .zip(parts_m.par_iter_mut())
+                    .enumerate();
+                let room = || Room::new(tiles);
+                chunks.for_each_init(
                     room,
-                    by_error,
-                    plain,
-                    gradient,
-                });
-            });
-        });
+                    |room, (chunk, (((by_error, plain), gradient), part_m))| {
+                        *part_m = vectors.run(LookAtTruths {
+                            prior,
+                            activations: truth,
+                            weight,
+                            first: chunk * CHUNK,
+                            rows: &rows,
+                            scratch,
+                            room,
+                            by_error,
+                            plain,
+                            gradient,
+                        });
+                    },
+                );
+            },
+        );
         self.evaluation.posterior_error_m = self.parts_m.iter().sum();
         let rows = rows_of(tiles, &self.by_error, Some(&self.plain));
         prior.prepare(Asking::Candidates, &rows, &mut self.of_truths, vectors);
@@ -294,7 +303,7 @@ impl<T: Real> Objective<T> {
 fn rows_of<'a, T>(
     tiles: usize,
     by_error: &'a [Lanes<T>],
-    plain: Option<&'a [Lanes<T>]>,
+    plain: Option<&'a [Lanes<f64>]>,
 ) -> Rows<'a, T> {
     Rows {
         tiles,

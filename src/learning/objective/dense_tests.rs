@@ -37,9 +37,16 @@ fn dense(
     let of_m = a.t().dot(&u) - bel.t().dot(&(&u * &error));
     let back = |of_p: &Array2<f64>, g: &Array2<f64>| {
         Array2::from_shape_fn(g.raw_dim(), |(k, i)| {
-            let others = |f: usize| (0..n).filter(|&j| j != i).map(|j| chance(g[[k, j]], f, j)).product::<f64>();
+            let others = |f: usize| {
+                (0..n)
+                    .filter(|&j| j != i)
+                    .map(|j| chance(g[[k, j]], f, j))
+                    .product::<f64>()
+            };
             let sign = |f: usize| if f >> i & 1 == 1 { 1.0 } else { -1.0 };
-            (0..1 << n).map(|f| of_p[[k, f]] * sign(f) * others(f)).sum()
+            (0..1 << n)
+                .map(|f| of_p[[k, f]] * sign(f) * others(f))
+                .sum()
         })
     };
     ((&p * &of_p).sum(), back(&of_p, g), back(&of_m, m))
@@ -51,7 +58,9 @@ fn matrices(uncertainty: Uncertainty, truths: &Places, candidates: &Places) -> [
     let inside = Array2::from_shape_fn(shape, |(t, c)| {
         f64::from(u8::from(uncertainty.admits(truths, t, candidates, c)))
     });
-    let sizes = inside.sum_axis(ndarray::Axis(1)).insert_axis(ndarray::Axis(1));
+    let sizes = inside
+        .sum_axis(ndarray::Axis(1))
+        .insert_axis(ndarray::Axis(1));
     let e = Array2::from_shape_fn(shape, |(t, c)| truths.distance_m(t, candidates, c));
     [inside / sizes.mapv(|size| size.max(1.0)), e]
 }
@@ -69,14 +78,22 @@ struct Case {
 fn places(random: &mut Stream, k: usize, plane: bool) -> Places {
     let mut uniform = |width: f64| width * random.random::<f64>();
     if plane {
-        let mut poses: Vec<Pose> = (0..k).map(|_| Pose::new(uniform(14.0), uniform(9.0), uniform(6.2))).collect();
+        let mut poses: Vec<Pose> = (0..k)
+            .map(|_| Pose::new(uniform(14.0), uniform(9.0), uniform(6.2)))
+            .collect();
         for i in (3..k).step_by(7) {
             poses[i] = poses[i / 2];
         }
         Places::Plane(poses)
     } else {
         // Some to a quarter of a metre, so that they meet; and far from 0, as on a long route.
-        let mut x = |i: usize| if i % 3 == 0 { (uniform(160.0)).round() * 0.25 } else { uniform(40.0) };
+        let mut x = |i: usize| {
+            if i % 3 == 0 {
+                (uniform(160.0)).round() * 0.25
+            } else {
+                uniform(40.0)
+            }
+        };
         Places::Route((0..k).map(|i| 3000.0 + x(i)).collect())
     }
 }
@@ -117,7 +134,11 @@ fn cases() -> Vec<Case> {
 
 fn all<T: Real>(e: &Evaluation<T>) -> (f64, Array2<f64>, Array2<f64>) {
     let wide = |a: &Array2<T>| a.mapv(T::wide);
-    (e.posterior_error_m, wide(&e.truth_gradient), wide(&e.map_gradient))
+    (
+        e.posterior_error_m,
+        wide(&e.truth_gradient),
+        wide(&e.map_gradient),
+    )
 }
 
 /// The farthest off of a gradient, relative to its largest entry.
@@ -131,12 +152,21 @@ fn holds<T: Real>(tolerance: f64) {
     // One set of buffers for all: what was evaluated before must leave no trace.
     let mut objective = Objective::<T>::new();
     for (number, case) in cases().iter().enumerate() {
-        let Case { uncertainty, truths, candidates, g, m, weight } = case;
+        let Case {
+            uncertainty,
+            truths,
+            candidates,
+            g,
+            m,
+            weight,
+        } = case;
         let [bel, e] = matrices(*uncertainty, truths, candidates);
         let expected = dense(&bel, &e, g, m, weight);
         let prior = PriorOperator::new(*uncertainty, truths, candidates);
         let (g, m) = (g.mapv(T::of), m.mapv(T::of));
-        let found = objective.evaluate(&prior, g.view(), m.view(), weight.view()).unwrap();
+        let found = objective
+            .evaluate(&prior, g.view(), m.view(), weight.view())
+            .unwrap();
         let found = all(found);
         let errors = [
             (found.0 - expected.0).abs() / expected.0.max(1e-300),
@@ -145,7 +175,10 @@ fn holds<T: Real>(tolerance: f64) {
         ];
         for (worst, error) in worst.iter_mut().zip(errors) {
             *worst = f64::max(*worst, error);
-            assert!(error < tolerance, "case {number}, {uncertainty}: {errors:?}");
+            assert!(
+                error < tolerance,
+                "case {number}, {uncertainty}: {errors:?}"
+            );
         }
     }
     println!("worst: {worst:?}");
@@ -169,7 +202,9 @@ fn bits<T: Real>(vectors: Vectors, case: &Case) -> Vec<u64> {
     let e = objective.evaluate(&prior, g.view(), m.view(), case.weight.view());
     let (error_m, of_truths, of_map) = all(e.unwrap());
     let gradients = of_truths.iter().chain(&of_map).map(|v| v.to_bits());
-    std::iter::once(error_m.to_bits()).chain(gradients).collect()
+    std::iter::once(error_m.to_bits())
+        .chain(gradients)
+        .collect()
 }
 
 #[test]
@@ -177,7 +212,12 @@ fn one_two_and_four_threads_give_the_same_bits() {
     for case in cases() {
         let in_pool = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.unwrap().install(|| [bits::<f32>(Vectors::Best, &case), bits::<f64>(Vectors::Best, &case)])
+            pool.unwrap().install(|| {
+                [
+                    bits::<f32>(Vectors::Best, &case),
+                    bits::<f64>(Vectors::Best, &case),
+                ]
+            })
         };
         let one = in_pool(1);
         assert_eq!(one, in_pool(2), "{}", case.uncertainty);
@@ -188,8 +228,14 @@ fn one_two_and_four_threads_give_the_same_bits() {
 #[test]
 fn the_best_vectors_and_none_give_the_same_bits() {
     for case in cases() {
-        assert_eq!(bits::<f32>(Vectors::Best, &case), bits::<f32>(Vectors::Portable, &case));
-        assert_eq!(bits::<f64>(Vectors::Best, &case), bits::<f64>(Vectors::Portable, &case));
+        assert_eq!(
+            bits::<f32>(Vectors::Best, &case),
+            bits::<f32>(Vectors::Portable, &case)
+        );
+        assert_eq!(
+            bits::<f64>(Vectors::Best, &case),
+            bits::<f64>(Vectors::Portable, &case)
+        );
     }
 }
 
@@ -197,9 +243,15 @@ fn the_best_vectors_and_none_give_the_same_bits() {
 fn an_outcome_that_the_map_never_shows_tells_nothing() {
     let places = Places::Route(vec![0.0, 3.0, 6.0]);
     let prior = PriorOperator::new(Uncertainty::Global, &places, &places);
-    let (truth, map) = (ndarray::array![[1.0], [1.0], [1.0]], ndarray::array![[0.0], [0.0], [0.0]]);
+    let (truth, map) = (
+        ndarray::array![[1.0], [1.0], [1.0]],
+        ndarray::array![[0.0], [0.0], [0.0]],
+    );
     let e = evaluate(&prior, truth.view(), map.view(), equal_weights(3).view()).unwrap();
-    assert!((e.posterior_error_m - e.prior_error_m).abs() < 1e-12, "{e:?}");
+    assert!(
+        (e.posterior_error_m - e.prior_error_m).abs() < 1e-12,
+        "{e:?}"
+    );
 }
 
 #[test]
@@ -208,9 +260,14 @@ fn what_does_not_fit_is_told() {
     let prior = PriorOperator::new(Uncertainty::Global, &places, &places);
     let told = |truths: usize, map: usize, weights: usize, n: usize| {
         let g = |k: usize| Array2::<f64>::zeros((k, n));
-        evaluate(&prior, g(truths).view(), g(map).view(), equal_weights(weights).view())
-            .unwrap_err()
-            .to_string()
+        evaluate(
+            &prior,
+            g(truths).view(),
+            g(map).view(),
+            equal_weights(weights).view(),
+        )
+        .unwrap_err()
+        .to_string()
     };
     assert!(told(2, 3, 3, 1).contains("activations of (2, 1) truths"));
     assert!(told(3, 4, 3, 1).contains("expected (3, 1), (3, 1) and 3"));

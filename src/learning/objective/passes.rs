@@ -1,6 +1,9 @@
 //! The three passes over the places, a chunk of them at a time.
 
-use super::{SMALLEST_PROBABILITY, outcomes::{Factors, gradient, high}};
+use super::{
+    SMALLEST_PROBABILITY,
+    outcomes::{Factors, gradient, high},
+};
 use crate::learning::{
     lanes::{Kernel, LANES, Lanes, Real, at_least, total},
     prior_operator::{Answers, Asking, CHUNK, PriorOperator, Rows, Scratch},
@@ -103,7 +106,13 @@ impl<T: Real> Room<T> {
     }
 
     #[inline(always)]
-    fn fill_highs(&mut self, activations: &Activations<T>, first: usize, tiles: usize, count: usize) {
+    fn fill_highs(
+        &mut self,
+        activations: &Activations<T>,
+        first: usize,
+        tiles: usize,
+        count: usize,
+    ) {
         let highs = self.highs.chunks_exact_mut(tiles).take(count);
         for (i, highs) in highs.enumerate() {
             high(activations.of(first + i), highs);
@@ -124,7 +133,7 @@ pub(super) struct LookAtTruths<'a, T> {
     /// U, `[truth, tile]`.
     pub by_error: &'a mut [Lanes<T>],
     /// U∘ē, `[truth, tile]`.
-    pub plain: &'a mut [Lanes<T>],
+    pub plain: &'a mut [Lanes<f64>],
     /// `[truth, feature]`.
     pub gradient: &'a mut [T],
 }
@@ -136,7 +145,10 @@ impl<T: Real> Kernel for LookAtTruths<'_, T> {
     #[inline(always)]
     fn run(self) -> f64 {
         let Self {
-            activations, first, room, ..
+            activations,
+            first,
+            room,
+            ..
         } = self;
         let (tiles, count) = (self.rows.tiles, self.gradient.len() / activations.features);
         let prior_errors_m = self.prior.prior_errors_m();
@@ -145,36 +157,40 @@ impl<T: Real> Kernel for LookAtTruths<'_, T> {
         for tile in 0..tiles {
             let truths = first..first + count;
             let answers = &mut room.answers;
-            self.prior
-                .answer(Asking::Truths, truths, tile, self.rows, self.scratch, answers);
+            self.prior.answer(
+                Asking::Truths,
+                truths,
+                tile,
+                self.rows,
+                self.scratch,
+                answers,
+            );
             for i in 0..count {
                 let truth = activations.number(first + i);
                 let (weight, prior_error_m) = (self.weight[truth], prior_errors_m[truth]);
                 if tile == 0 {
                     given_m += weight * prior_error_m;
                 }
-                let (weight, places) = (T::of(weight), self.prior.window_size(truth).max(1));
-                let least = T::of(SMALLEST_PROBABILITY * places as f64);
+                let places = self.prior.window_size(truth).max(1);
+                let least = SMALLEST_PROBABILITY * places as f64;
                 let row = i * tiles + tile;
                 let p = Factors::new(activations.of(first + i)).outcomes(room.highs[row]);
                 let (n, d) = (answers.by_error[i], answers.plain[i]);
-                // ē − prior error: what is small is rounded, not what it is the difference of.
-                let mut above_m = n;
+                let (mut slope, mut u, mut expected_m) = (n, n, n);
                 for l in 0..LANES {
-                    above_m[l] = n[l] - prior_error_m * d[l];
+                    let inverse = 1.0 / at_least(d[l], least);
+                    // ē − prior error: what is small is rounded, not what it is the difference of.
+                    let above_m = (n[l] - prior_error_m * d[l]) * inverse;
+                    expected_m[l] = at_least(prior_error_m + above_m, 0.0); // ē
+                    slope[l] = weight * above_m; // ∂E/∂P, but for a number that is the same for all f
+                    u[l] = weight * p[l].wide() * inverse;
+                    error_m[l] += p[l].wide() * slope[l];
                 }
-                let (mut above_m, d) = (T::row_of(&above_m), T::row_of(&d));
-                let (mut slope, mut u, mut v) = (p, p, p);
+                let (slope, u) = (T::row_of(&slope), T::row_of(&u));
+                // Where one place alone shows f, e − ē vanishes there: U∘ē must be that of the U that was rounded.
+                let mut v = expected_m;
                 for l in 0..LANES {
-                    let inverse = T::ONE / at_least(d[l], least);
-                    above_m[l] = above_m[l] * inverse;
-                    let expected_m = at_least(T::of(prior_error_m) + above_m[l], T::default()); // ē
-                    slope[l] = weight * above_m[l]; // ∂E/∂P, but for a number that is the same for all f
-                    u[l] = weight * p[l] * inverse;
-                    v[l] = u[l] * expected_m;
-                }
-                for l in 0..LANES {
-                    error_m[l] += (p[l] * slope[l]).wide();
+                    v[l] = u[l].wide() * expected_m[l];
                 }
                 room.slope[row] = slope;
                 self.by_error[row] = u;
@@ -205,7 +221,10 @@ impl<T: Real> Kernel for LookBack<'_, T> {
     #[inline(always)]
     fn run(self) {
         let Self {
-            activations, first, room, ..
+            activations,
+            first,
+            room,
+            ..
         } = self;
         let (tiles, count) = (self.rows.tiles, self.gradient.len() / activations.features);
         room.fill_highs(&activations, first, tiles, count);

@@ -52,7 +52,10 @@ impl<const Q: usize> BlockSums<Q> {
             self.level(level + 1).resize(above * tiles, [NOTHING; Q]);
             let (below, this) = self.levels.split_at_mut(level + 1);
             for (node, sums) in below[level].iter().enumerate() {
-                add(&mut this[0][node / tiles / BLOCK * tiles + node % tiles], sums);
+                add(
+                    &mut this[0][node / tiles / BLOCK * tiles + node % tiles],
+                    sums,
+                );
             }
             (level, blocks) = (level + 1, above);
         }
@@ -272,7 +275,7 @@ fn add_row<T: Real, const Q: usize>(
     if let (3, Some(plain)) = (Q, rows.plain) {
         let b = &plain[row];
         for l in 0..LANES {
-            sums[2][l] += b[l].wide();
+            sums[2][l] += b[l];
         }
     }
 }

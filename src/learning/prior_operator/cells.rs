@@ -66,7 +66,12 @@ impl Cells {
         let chunks = scratch.cell_rows.par_chunks_mut(CHUNK * tiles).enumerate();
         chunks.for_each(|(chunk, out)| {
             let first = chunk * CHUNK;
-            vectors.run(AddUp { to, first, rows, out });
+            vectors.run(AddUp {
+                to,
+                first,
+                rows,
+                out,
+            });
         });
         let rows = Rows {
             tiles,

@@ -13,19 +13,19 @@ use std::ops::Range;
 pub struct Everywhere {
     truths: Vec<[f64; 2]>,
     candidates: Vec<[f64; 2]>,
-    /// `[truth, candidate]`, in metres; enough for whoever calculates in `f32`.
-    kept: Option<Vec<f32>>,
+    /// `[truth, candidate]`, in metres.
+    kept: Option<Vec<f64>>,
     /// Truths and candidates are the same places, so that rows are as good as columns.
     symmetric: bool,
 }
 
-/// Places asked about whose distances are made at once, and that are summed in the rows' own precision.
+/// Places asked about whose distances are made at once.
 const BLOCK: usize = 32;
 
 /// Places asking at once.
 const ROWS: usize = 4;
 
-/// Most distances that are kept: 100 MB.
+/// Most distances that are kept: 200 MB.
 const MOST_KEPT: usize = 25_000_000;
 
 impl Everywhere {
@@ -41,7 +41,7 @@ impl Everywhere {
             let rows = all.par_chunks_mut(candidates.len()).zip(&truths);
             rows.for_each(|(row, truth)| {
                 for (out, candidate) in row.iter_mut().zip(&candidates) {
-                    *out = distance_m::<f64>(truth, candidate) as f32;
+                    *out = distance_m(truth, candidate);
                 }
             });
             all
@@ -69,7 +69,7 @@ impl Everywhere {
         rows: &Rows<T>,
         by_error: &mut [Lanes<f64>],
     ) {
-        let kept = self.kept.as_deref().and_then(T::kept);
+        let kept = self.kept.as_deref();
         let by_truths = asking == Asking::Truths || self.symmetric;
         let (from, to) = match asking {
             Asking::Truths => (&self.truths[..], &self.candidates[..]),
@@ -79,7 +79,7 @@ impl Everywhere {
             out.fill(Lanes::<f64>::default());
             for start in (0..to.len()).step_by(BLOCK) {
                 let end = (start + BLOCK).min(to.len());
-                let mut e = [[T::default(); BLOCK]; ROWS];
+                let mut e = [[0.0; BLOCK]; ROWS];
                 for (row, e) in e[..out.len()].iter_mut().enumerate() {
                     let e = &mut e[..end - start];
                     match kept {
@@ -102,7 +102,7 @@ impl Everywhere {
                 let sums = sums(&e, start..end, tile, rows);
                 for (out, sums) in out.iter_mut().zip(&sums) {
                     for l in 0..LANES {
-                        out[l] += sums[l].wide();
+                        out[l] += sums[l];
                     }
                 }
             }
@@ -113,28 +113,29 @@ impl Everywhere {
 /// Σ e·rows over some places asked about, for each place that asks.
 #[inline(always)]
 fn sums<T: Real>(
-    e: &[[T; BLOCK]; ROWS],
+    e: &[[f64; BLOCK]; ROWS],
     places: Range<usize>,
     tile: usize,
     rows: &Rows<T>,
-) -> [Lanes<T>; ROWS] {
-    let nothing = Lanes::<T>::default();
+) -> [Lanes<f64>; ROWS] {
+    let nothing = Lanes::<f64>::default();
     let (mut s0, mut s1, mut s2, mut s3) = (nothing, nothing, nothing, nothing);
     let [e0, e1, e2, e3] = e;
-    let of_places = rows.by_error[places.start * rows.tiles..places.end * rows.tiles].chunks_exact(rows.tiles);
+    let of_places =
+        rows.by_error[places.start * rows.tiles..places.end * rows.tiles].chunks_exact(rows.tiles);
     for ((((row, &e0), &e1), &e2), &e3) in of_places.zip(e0).zip(e1).zip(e2).zip(e3) {
         let row = row[tile];
         for l in 0..LANES {
-            s0[l] += e0 * row[l];
+            s0[l] += e0 * row[l].wide();
         }
         for l in 0..LANES {
-            s1[l] += e1 * row[l];
+            s1[l] += e1 * row[l].wide();
         }
         for l in 0..LANES {
-            s2[l] += e2 * row[l];
+            s2[l] += e2 * row[l].wide();
         }
         for l in 0..LANES {
-            s3[l] += e3 * row[l];
+            s3[l] += e3 * row[l].wide();
         }
     }
     [s0, s1, s2, s3]
@@ -144,8 +145,13 @@ fn sums<T: Real>(
 pub(super) fn add_up<T: Real>(rows: &Rows<T>, total: &mut Vec<Lanes<f64>>, vectors: Vectors) {
     total.clear();
     total.resize(rows.tiles, Lanes::<f64>::default());
-    let plain = rows.plain.unwrap_or(rows.by_error);
-    vectors.run(AddUp { plain, total });
+    match rows.plain {
+        Some(plain) => vectors.run(AddUp { plain, total }),
+        None => vectors.run(AddUp {
+            plain: rows.by_error,
+            total,
+        }),
+    }
 }
 
 struct AddUp<'a, T> {
@@ -168,9 +174,8 @@ impl<T: Real> Kernel for AddUp<'_, T> {
     }
 }
 
-/// The difference in `f64`, as it cancels; the rest in the precision asked for.
 #[inline(always)]
-fn distance_m<T: Real>(a: &[f64; 2], b: &[f64; 2]) -> T {
-    let (x, y) = (T::of(a[0] - b[0]), T::of(a[1] - b[1]));
-    (x * x + y * y).root()
+fn distance_m(a: &[f64; 2], b: &[f64; 2]) -> f64 {
+    let (x, y) = (a[0] - b[0], a[1] - b[1]);
+    (x * x + y * y).sqrt()
 }

@@ -76,7 +76,7 @@ pub(super) struct Rows<'a, T> {
     /// Summed with weight e.
     pub by_error: &'a [Lanes<T>],
     /// Summed plainly; `None`: the same rows.
-    pub plain: Option<&'a [Lanes<T>]>,
+    pub plain: Option<&'a [Lanes<f64>]>,
 }
 
 impl<T: Real> Rows<'_, T> {
@@ -148,7 +148,7 @@ impl PriorOperator {
     }
 
     /// A global prior in the plane over all distances exactly, however many places there are. Up to 25 million
-    /// distances are kept, as `f32`; more are made anew in every evaluation.
+    /// distances are kept; more are made anew in every evaluation.
     ///
     /// # Errors
     /// Where the places lie along a route: there [`new`](Self::new) is exact and cheap.
@@ -344,7 +344,9 @@ impl PriorOperator {
         });
         let mut means = Array1::zeros(self.truths);
         for (place, mean) in in_order.into_iter().enumerate() {
-            means[self.order(Asking::Truths).map_or(place, |order| order[place])] = mean;
+            means[self
+                .order(Asking::Truths)
+                .map_or(place, |order| order[place])] = mean;
         }
         means
     }

@@ -27,16 +27,9 @@ struct Lists {
 /// Truths whose lists are made at once.
 const SLAB: usize = 4096;
 
-/// Pairs summed in the rows' own precision before the sum goes on in `f64`.
-const RUN: usize = 16;
-
 impl SparseRows {
     /// With the distance as error.
-    pub(super) fn within(
-        uncertainty: Uncertainty,
-        truths: &Places,
-        candidates: &Places,
-    ) -> Self {
+    pub(super) fn within(uncertainty: Uncertainty, truths: &Places, candidates: &Places) -> Self {
         let error_m = |t, c| truths.distance_m(t, candidates, c);
         let of_truths = Lists::new(uncertainty, truths, candidates, error_m);
         // Distance and turn are symmetric to the bit.
@@ -87,7 +80,6 @@ impl SparseRows {
             (Asking::Candidates, Some(lists)) => lists,
             _ => &self.of_truths,
         };
-        let plain_rows = rows.plain.unwrap_or(rows.by_error);
         for (place, (by_error, plain)) in
             places.zip(answers.by_error.iter_mut().zip(&mut answers.plain))
         {
@@ -95,19 +87,24 @@ impl SparseRows {
             let (index, error_m) = (&lists.index[pairs.clone()], &lists.error_m[pairs]);
             *by_error = Lanes::<f64>::default();
             *plain = Lanes::<f64>::default();
-            for (index, error_m) in index.chunks(RUN).zip(error_m.chunks(RUN)) {
-                let (mut weighed, mut summed) = (Lanes::<T>::default(), Lanes::<T>::default());
-                for (&index, &error_m) in index.iter().zip(error_m) {
-                    let row = index as usize * rows.tiles + tile;
-                    let (a, b, e) = (&rows.by_error[row], &plain_rows[row], T::of(error_m));
-                    for l in 0..LANES {
-                        weighed[l] += e * a[l];
-                        summed[l] += b[l];
-                    }
-                }
+            for (&index, &error_m) in index.iter().zip(error_m) {
+                let row = index as usize * rows.tiles + tile;
+                let a = &rows.by_error[row];
                 for l in 0..LANES {
-                    by_error[l] += weighed[l].wide();
-                    plain[l] += summed[l].wide();
+                    by_error[l] += error_m * a[l].wide();
+                }
+                match rows.plain {
+                    Some(plain_rows) => {
+                        let b = &plain_rows[row];
+                        for l in 0..LANES {
+                            plain[l] += b[l];
+                        }
+                    }
+                    None => {
+                        for l in 0..LANES {
+                            plain[l] += a[l].wide();
+                        }
+                    }
                 }
             }
         }
@@ -130,9 +127,10 @@ impl Lists {
             let slab = (first..truths.len().min(first + SLAB)).into_par_iter();
             let found: Vec<Vec<(u32, f64)>> = slab
                 .map(|truth| {
-                    let admitted = near.of(truths, truth).into_iter().filter(|&c| {
-                        uncertainty.admits(truths, truth, candidates, c as usize)
-                    });
+                    let admitted = near
+                        .of(truths, truth)
+                        .into_iter()
+                        .filter(|&c| uncertainty.admits(truths, truth, candidates, c as usize));
                     admitted.map(|c| (c, error_m(truth, c as usize))).collect()
                 })
                 .collect();
@@ -141,7 +139,9 @@ impl Lists {
                 lists.error_m.push(*error_m);
             }
             for of_one in &found {
-                lists.start.push(lists.start[lists.start.len() - 1] + of_one.len());
+                lists
+                    .start
+                    .push(lists.start[lists.start.len() - 1] + of_one.len());
             }
         }
         lists
@@ -190,11 +190,17 @@ impl Near {
             (Uncertainty::Window { half_width_m, .. }, Places::Plane(poses))
                 if half_width_m.is_finite() =>
             {
-                let positions = poses.iter().enumerate().map(|(k, p)| ([p.x_m, p.y_m], k as u32));
+                let positions = poses
+                    .iter()
+                    .enumerate()
+                    .map(|(k, p)| ([p.x_m, p.y_m], k as u32));
                 // No window admits a place without coordinates, and the tree takes none.
                 let finite = positions.filter(|(at, _)| at.iter().all(|v| v.is_finite()));
                 let entries = finite.map(|(at, k)| GeomWithData::new(at, k)).collect();
-                Some((RTree::bulk_load(entries), half_width_m * (1.0 + 1e-9) + 1e-9))
+                Some((
+                    RTree::bulk_load(entries),
+                    half_width_m * (1.0 + 1e-9) + 1e-9,
+                ))
             }
             _ => None,
         };
