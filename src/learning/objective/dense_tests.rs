@@ -88,7 +88,7 @@ fn places(random: &mut Stream, k: usize, plane: bool) -> Places {
     } else {
         // Some to a quarter of a metre, so that they meet; and far from 0, as on a long route.
         let mut x = |i: usize| {
-            if i % 3 == 0 {
+            if i.is_multiple_of(3) {
                 (uniform(160.0)).round() * 0.25
             } else {
                 uniform(40.0)

@@ -85,7 +85,7 @@ impl<T: Real> Room<T> {
 
     /// ∂E/∂g of a chunk, from `slope`, `[place, feature]`.
     #[inline(always)]
-    fn to_activations(
+    fn fill_gradient(
         &mut self,
         activations: &Activations<T>,
         first: usize,
@@ -197,7 +197,7 @@ impl<T: Real> Kernel for LookAtTruths<'_, T> {
                 self.plain[row] = v;
             }
         }
-        room.to_activations(&activations, first, tiles, self.gradient);
+        room.fill_gradient(&activations, first, tiles, self.gradient);
         given_m + total(&error_m)
     }
 }
@@ -242,6 +242,6 @@ impl<T: Real> Kernel for LookBack<'_, T> {
                 room.slope[i * tiles + tile] = T::row_of(&slope);
             }
         }
-        room.to_activations(&activations, first, tiles, self.gradient);
+        room.fill_gradient(&activations, first, tiles, self.gradient);
     }
 }

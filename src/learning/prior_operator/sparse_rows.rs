@@ -85,28 +85,24 @@ impl SparseRows {
         {
             let pairs = lists.start[place]..lists.start[place + 1];
             let (index, error_m) = (&lists.index[pairs.clone()], &lists.error_m[pairs]);
-            *by_error = Lanes::<f64>::default();
-            *plain = Lanes::<f64>::default();
+            let (mut weighed, mut summed) = (Lanes::<f64>::default(), Lanes::<f64>::default());
             for (&index, &error_m) in index.iter().zip(error_m) {
-                let row = index as usize * rows.tiles + tile;
-                let a = &rows.by_error[row];
+                let a = &rows.by_error[index as usize * rows.tiles + tile];
                 for l in 0..LANES {
-                    by_error[l] += error_m * a[l].wide();
+                    weighed[l] += error_m * a[l].wide();
+                    summed[l] += a[l].wide();
                 }
-                match rows.plain {
-                    Some(plain_rows) => {
-                        let b = &plain_rows[row];
-                        for l in 0..LANES {
-                            plain[l] += b[l];
-                        }
-                    }
-                    None => {
-                        for l in 0..LANES {
-                            plain[l] += a[l].wide();
-                        }
+            }
+            if let Some(plain_rows) = rows.plain {
+                summed = Lanes::default();
+                for &index in index {
+                    let b = &plain_rows[index as usize * rows.tiles + tile];
+                    for l in 0..LANES {
+                        summed[l] += b[l];
                     }
                 }
             }
+            (*by_error, *plain) = (weighed, summed);
         }
     }
 }
@@ -177,10 +173,13 @@ impl Lists {
     }
 }
 
+/// A candidate's position and number.
+type Entry = GeomWithData<[f64; 2], u32>;
+
 /// Finds the candidates that a window may admit without looking at all of them.
 struct Near {
     /// By position, with a radius that rounding can't defeat; `None`: all candidates come into question.
-    tree: Option<(RTree<GeomWithData<[f64; 2], u32>>, f64)>,
+    tree: Option<(RTree<Entry>, f64)>,
     candidates: usize,
 }
 
@@ -196,7 +195,7 @@ impl Near {
                     .map(|(k, p)| ([p.x_m, p.y_m], k as u32));
                 // No window admits a place without coordinates, and the tree takes none.
                 let finite = positions.filter(|(at, _)| at.iter().all(|v| v.is_finite()));
-                let entries = finite.map(|(at, k)| GeomWithData::new(at, k)).collect();
+                let entries = finite.map(|(at, k)| Entry::new(at, k)).collect();
                 Some((
                     RTree::bulk_load(entries),
                     half_width_m * (1.0 + 1e-9) + 1e-9,
