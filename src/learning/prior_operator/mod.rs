@@ -7,7 +7,7 @@
 //!
 //! | prior | sums | cost |
 //! |---|---|---|
-//! | any, along a route | a window is a contiguous range, e a difference of coordinates: [block sums](block_sums) | (T + C)·F |
+//! | any, along a route | a window is a contiguous range, e a difference of coordinates: block sums | (T + C)·F |
 //! | window, in the plane | sparse rows | T·window·F |
 //! | global, in the plane | all distances, kept or made block by block | T·C·F |
 //! | global, in the plane, many places | distances between cells | (T + C)·F + cells²·F |
