@@ -2,6 +2,7 @@
 
 pub mod checkpoint;
 pub mod draw;
+mod lanes;
 pub mod lesson;
 pub mod mean_field;
 pub mod objective;
@@ -12,4 +13,5 @@ pub mod smoothing;
 pub mod task;
 pub mod trainer;
 
+pub use lanes::Real;
 pub use recipe::Recipe;

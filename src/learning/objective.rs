@@ -1,6 +1,6 @@
 //! The objective: the error a robot is expected to make after sensing, and its gradient (Thrun 1998, eq. 36–43).
 //!
-//! With P[k, f] = Π_i P(f_i | s_k) the truth's outcomes, M the same of the map's places, and the prior as the operators
+//! With P[k, f] = Π_i P(f_i | s_k) the truth's outcomes, M the same of the map's places, and the prior as the matrices
 //! Bel and A = e ∘ Bel,
 //!
 //! ```text
@@ -9,34 +9,51 @@
 //! ```
 //!
 //! In Thrun's objective (eq. 42) the map is the training snapshots themselves, M = P. The printed gradient (eq. 43)
-//! lacks Bel_prior in both denominators; this is the derivative of eq. 42 itself.
+//! lacks Bel_prior in both denominators; this is the derivative of eq. 42 itself. As a prior belief is uniform over its
+//! window, its height cancels, and with ē = N/D, the error expected at k* after sensing f,
+//!
+//! ```text
+//! ē[k*, f] = Σ_k e[k*, k]·M[k, f] / Σ_k M[k, f]                 over the window of k*
+//! ∂E/∂M[k, f] = Σ_k* (e[k*, k] − ē[k*, f])·U[k*, f],   U[k*, f] = w_k*·P[k*, f] / Σ_k M[k, f]
+//! ```
+//!
+//! So an evaluation is three passes over the places: the map's outcomes; then ē, E and U; then ∂E/∂M. Each runs in
+//! chunks of fixed size, outcome beside outcome in vectors, and leaves only M, U and U∘ē in memory.
 
-use super::prior_operator::PriorOperator;
+mod outcomes;
+mod passes;
+
+use super::{
+    lanes::{Lanes, Real, Vectors},
+    prior_operator::{Asking, CHUNK, PriorOperator, Rows, Scratch},
+};
 use crate::error::{Error, Result};
-use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis, Zip};
+use ndarray::{Array1, Array2, ArrayView1, ArrayView2};
+use outcomes::tiles;
+use passes::{Activations, LookAtTruths, LookBack, Outcomes, Room};
 use rayon::prelude::*;
 
 /// Most features that 2^n outcomes allow.
 pub const MOST_FEATURES: usize = 12;
 
-/// P(f) under a prior counts as at least this. Saturated features would give 0/0, and running sums know a P(f) only
-/// to about 1e-16 of the whole; an outcome this rare adds at most its probability times the extent to the error.
+/// P(f) under a prior counts as at least this: saturated features would give 0/0. An outcome this rare adds at most its
+/// probability times the extent to the error.
 const SMALLEST_PROBABILITY: f64 = 1e-12;
 
 /// The objective at given activations, and which way is up.
-#[derive(Debug, Clone)]
-pub struct Evaluation {
+#[derive(Debug, Clone, Default)]
+pub struct Evaluation<T = f64> {
     /// E_prior: expected error before sensing, in metres.
     pub prior_error_m: f64,
     /// E_posterior: expected error after sensing, in metres.
     pub posterior_error_m: f64,
     /// ∂E_posterior/∂g of the truths, `[truth, feature]`.
-    pub truth_gradient: Array2<f64>,
+    pub truth_gradient: Array2<T>,
     /// ∂E_posterior/∂g of the map's places, `[candidate, feature]`.
-    pub map_gradient: Array2<f64>,
+    pub map_gradient: Array2<T>,
 }
 
-impl Evaluation {
+impl<T> Evaluation<T> {
     /// 1 − E_posterior / E_prior (Thrun 1998, eq. 46).
     pub fn error_reduction(&self) -> f64 {
         1.0 - self.posterior_error_m / self.prior_error_m
@@ -44,7 +61,8 @@ impl Evaluation {
 }
 
 /// E_posterior and its gradient, for activations g of the truths `[truth, feature]` and of the map's places
-/// `[candidate, feature]`, and weights P(ξ*) of the truths, which sum to 1.
+/// `[candidate, feature]`, and weights P(ξ*) of the truths, which sum to 1. An [`Objective`] does the same again and
+/// again, and in `f32`.
 ///
 /// The witness: two places d apart, one feature that answers .9 and .2, no idea where: E = 25/99·d.
 ///
@@ -64,95 +82,259 @@ impl Evaluation {
 /// ```
 ///
 /// # Errors
-/// Where there are more than [`MOST_FEATURES`] features.
+/// As [`Objective::evaluate`].
 pub fn evaluate(
     prior: &PriorOperator,
     truth: ArrayView2<f64>,
     map: ArrayView2<f64>,
     weight: ArrayView1<f64>,
 ) -> Result<Evaluation> {
-    let n = truth.ncols();
-    if n > MOST_FEATURES {
-        return Err(Error::work(format!(
-            "{n} features have 2^{n} outcomes; the exact objective takes at most {MOST_FEATURES}"
-        )));
+    let mut objective = Objective::new();
+    objective.evaluate(prior, truth, map, weight)?;
+    Ok(objective.evaluation)
+}
+
+/// The objective with all its buffers, for one evaluation after the other: fresh ones cost more than the sums. Whoever
+/// evaluates priors of different sizes in turn keeps one for each.
+///
+/// ```
+/// use ballmark::{belief::Places, learning::{objective::{Objective, equal_weights}, prior_operator::PriorOperator}};
+/// use ndarray::array;
+/// let places = Places::Route(vec![0.0, 99.0]);
+/// let prior = PriorOperator::new("global".parse()?, &places, &places);
+/// let mut objective = Objective::<f32>::new();
+/// for step in 0..3 {
+///     let g = array![[0.9f32 + 0.01 * step as f32], [0.2]];
+///     let e = objective.evaluate(&prior, g.view(), g.view(), equal_weights(2).view())?;
+///     assert!(e.posterior_error_m < 25.001);
+/// }
+/// # Ok::<(), ballmark::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Objective<T> {
+    vectors: Vectors,
+    /// M `[candidate, tile]`, in the operator's order, as are U and U∘ē `[truth, tile]`.
+    map: Vec<Lanes<T>>,
+    by_error: Vec<Lanes<T>>,
+    plain: Vec<Lanes<f64>>,
+    of_map: Scratch<T>,
+    of_truths: Scratch<T>,
+    /// E of every chunk of truths.
+    parts_m: Vec<f64>,
+    /// Gradients that are not yet in the callers' order.
+    in_order: Vec<T>,
+    evaluation: Evaluation<T>,
+}
+
+impl<T: Real> Default for Objective<T> {
+    fn default() -> Self {
+        Self::new()
     }
-    let p = outcomes(truth); // [truth, outcome]
-    let (mut numerator, mut denominator) = prior.apply(outcomes(map).view()); // N, D: [truth, outcome]
-    numerator.mapv_inplace(|n| n.max(0.0));
-    denominator.mapv_inplace(|d| d.max(SMALLEST_PROBABILITY));
-    let error = &numerator / &denominator; // expected error at ξ* after sensing f
-    let weight = weight.insert_axis(Axis(1));
-    let weighted = &error * &weight; // ∂E/∂P
-    let u = &(&p * &weight) / &denominator; // w ∘ P/D
-    let posterior_error_m = (&p * &weighted).sum();
-    let map_side = prior.apply_transposed(u.view(), (&u * &error).view()); // ∂E/∂M
-    Ok(Evaluation {
-        prior_error_m: (prior.prior_error_m() * &weight.remove_axis(Axis(1))).sum(),
-        posterior_error_m,
-        truth_gradient: to_activations(weighted.view(), truth),
-        map_gradient: to_activations(map_side.view(), map),
-    })
 }
 
-/// P(f | s) = Π_i P(f_i | s) for all 2^n outcomes f; bit i of the column's number is f_i (Thrun 1998, eq. 33).
-pub fn outcomes(activation: ArrayView2<f64>) -> Array2<f64> {
-    let (k, n) = activation.dim();
-    let mut outcomes = Array2::zeros((k, 1 << n));
-    Zip::from(outcomes.rows_mut())
-        .and(activation.rows())
-        .par_for_each(|mut p, g| {
-            p[0] = 1.0;
-            for (i, &g) in g.iter().enumerate() {
-                // Every outcome of the features before i, once with f_i = 1 and once with f_i = 0.
-                for f in 0..1 << i {
-                    p[f + (1 << i)] = p[f] * g;
-                    p[f] *= 1.0 - g;
-                }
-            }
+impl<T: Real> Objective<T> {
+    /// With buffers still empty: they take their size from the first evaluation.
+    pub fn new() -> Self {
+        Self::on(Vectors::Best)
+    }
+
+    fn on(vectors: Vectors) -> Self {
+        Self {
+            vectors,
+            map: Vec::new(),
+            by_error: Vec::new(),
+            plain: Vec::new(),
+            of_map: Scratch::default(),
+            of_truths: Scratch::default(),
+            parts_m: Vec::new(),
+            in_order: Vec::new(),
+            evaluation: Evaluation::default(),
+        }
+    }
+
+    /// E_posterior and its gradient, for activations g of the truths `[truth, feature]` and of the map's places
+    /// `[candidate, feature]`, and weights P(ξ*) of the truths, which sum to 1. The bits of the result depend neither on
+    /// the number of threads nor on what was evaluated before.
+    ///
+    /// # Errors
+    /// Where there are more than [`MOST_FEATURES`] features, or the numbers of places, features and weights do not fit
+    /// one another.
+    pub fn evaluate(
+        &mut self,
+        prior: &PriorOperator,
+        truth: ArrayView2<T>,
+        map: ArrayView2<T>,
+        weight: ArrayView1<f64>,
+    ) -> Result<&Evaluation<T>> {
+        let n = truth.ncols();
+        if n > MOST_FEATURES {
+            return Err(Error::work(format!(
+                "{n} features have 2^{n} outcomes; the exact objective takes at most {MOST_FEATURES}"
+            )));
+        }
+        let expected = [(prior.truths(), n), (prior.candidates(), n)];
+        if [truth.dim(), map.dim()] != expected || weight.len() != prior.truths() {
+            return Err(Error::work(format!(
+                "objective: activations of {:?} truths and {:?} places of the map with {} weights; expected {:?}, {:?} and {}",
+                truth.dim(),
+                map.dim(),
+                weight.len(),
+                expected[0],
+                expected[1],
+                prior.truths()
+            )));
+        }
+        let (truth, map) = (truth.as_standard_layout(), map.as_standard_layout());
+        let weight = weight.as_standard_layout();
+        // A standard layout is a slice.
+        let (truth, map, weight) = (
+            truth.as_slice().unwrap_or_default(),
+            map.as_slice().unwrap_or_default(),
+            weight.as_slice().unwrap_or_default(),
+        );
+        let of = |g, side| Activations {
+            g,
+            features: n,
+            order: prior.order(side),
+        };
+        let (truth, map) = (of(truth, Asking::Truths), of(map, Asking::Candidates));
+        // One way into the pool for all passes.
+        rayon::scope(|_| {
+            self.look_at_map(prior, map);
+            self.look_at_truths(prior, truth, weight);
+            self.look_back(prior, map);
         });
-    outcomes
+        let errors_m = prior.prior_error_m().iter();
+        self.evaluation.prior_error_m = errors_m.zip(weight).map(|(e, w)| e * w).sum();
+        Ok(&self.evaluation)
+    }
+
+    /// M, and what the truths will ask of it.
+    fn look_at_map(&mut self, prior: &PriorOperator, map: Activations<T>) {
+        let (tiles, vectors) = (tiles(map.features), self.vectors);
+        self.map
+            .resize(prior.candidates() * tiles, Lanes::<T>::default());
+        let chunks = self.map.par_chunks_mut(CHUNK * tiles).enumerate();
+        chunks.for_each(|(chunk, out)| {
+            vectors.run(Outcomes {
+                activations: map,
+                first: chunk * CHUNK,
+                highs: &mut vec![T::ONE; tiles],
+                out,
+            });
+        });
+        let rows = rows_of(tiles, &self.map, None);
+        prior.prepare(Asking::Truths, &rows, &mut self.of_map, vectors);
+    }
+
+    /// ē, E, ∂E/∂g of the truths, and U for the way back.
+    fn look_at_truths(&mut self, prior: &PriorOperator, truth: Activations<T>, weight: &[f64]) {
+        let (n, vectors) = (truth.features, self.vectors);
+        let (tiles, truths) = (tiles(n), prior.truths());
+        self.by_error.resize(truths * tiles, Lanes::<T>::default());
+        self.plain.resize(truths * tiles, Lanes::default());
+        self.parts_m.resize(truths.div_ceil(CHUNK), 0.0);
+        let (rows, scratch) = (rows_of(tiles, &self.map, None), &self.of_map);
+        let (by_error, plain, parts_m) = (&mut self.by_error, &mut self.plain, &mut self.parts_m);
+        let gradient = &mut self.evaluation.truth_gradient;
+        fill(
+            gradient,
+            &mut self.in_order,
+            (truths, n),
+            truth.order,
+            |gradient| {
+                let chunks = by_error
+                    .par_chunks_mut(CHUNK * tiles)
+                    .zip(plain.par_chunks_mut(CHUNK * tiles))
+                    .zip(gradient.par_chunks_mut(CHUNK * n))
+                    .zip(parts_m.par_iter_mut())
+                    .enumerate();
+                let room = || Room::new(tiles);
+                chunks.for_each_init(
+                    room,
+                    |room, (chunk, (((by_error, plain), gradient), part_m))| {
+                        *part_m = vectors.run(LookAtTruths {
+                            prior,
+                            activations: truth,
+                            weight,
+                            first: chunk * CHUNK,
+                            rows: &rows,
+                            scratch,
+                            room,
+                            by_error,
+                            plain,
+                            gradient,
+                        });
+                    },
+                );
+            },
+        );
+        self.evaluation.posterior_error_m = self.parts_m.iter().sum();
+        let rows = rows_of(tiles, &self.by_error, Some(&self.plain));
+        prior.prepare(Asking::Candidates, &rows, &mut self.of_truths, vectors);
+    }
+
+    /// ∂E/∂M and with it ∂E/∂g of the map's places.
+    fn look_back(&mut self, prior: &PriorOperator, map: Activations<T>) {
+        let (n, vectors) = (map.features, self.vectors);
+        let tiles = tiles(n);
+        let rows = rows_of(tiles, &self.by_error, Some(&self.plain));
+        let scratch = &self.of_truths;
+        let gradient = &mut self.evaluation.map_gradient;
+        let shape = (prior.candidates(), n);
+        fill(gradient, &mut self.in_order, shape, map.order, |gradient| {
+            let chunks = gradient.par_chunks_mut(CHUNK * n).enumerate();
+            let room = || Room::new(tiles);
+            chunks.for_each_init(room, |room, (chunk, gradient)| {
+                vectors.run(LookBack {
+                    prior,
+                    activations: map,
+                    first: chunk * CHUNK,
+                    rows: &rows,
+                    scratch,
+                    room,
+                    gradient,
+                });
+            });
+        });
+    }
 }
 
-/// ∂E/∂g_i = Σ_f ∂E/∂P[f] · (±1) · Π_{j≠i} P(f_j | s): leave-one-out products, so that g = 0 and g = 1 are fine.
-fn to_activations(outcome_gradient: ArrayView2<f64>, activation: ArrayView2<f64>) -> Array2<f64> {
-    let mut gradient = Array2::zeros(activation.raw_dim());
-    let blocks = gradient
-        .axis_chunks_iter_mut(Axis(0), ROWS)
-        .into_par_iter()
-        .zip(outcome_gradient.axis_chunks_iter(Axis(0), ROWS))
-        .zip(activation.axis_chunks_iter(Axis(0), ROWS));
-    blocks.for_each(|((mut out, dp), g)| {
-        let (mut open, mut difference) = (Vec::new(), Vec::new());
-        for ((mut out, dp), g) in out.rows_mut().into_iter().zip(dp.rows()).zip(g.rows()) {
-            // The last feature first: what comes after it is summed over already, what comes before it still is open.
-            open.clear();
-            open.extend(dp);
-            for i in (0..g.len()).rev() {
-                let (without, with) = open.split_at(1 << i);
-                difference.clear();
-                difference.extend(with.iter().zip(without).map(|(w, o)| w - o));
-                for j in (0..i).rev() {
-                    sum_out(&mut difference, j, g[j]);
-                }
-                out[i] = difference[0];
-                sum_out(&mut open, i, g[i]);
+fn rows_of<'a, T>(
+    tiles: usize,
+    by_error: &'a [Lanes<T>],
+    plain: Option<&'a [Lanes<f64>]>,
+) -> Rows<'a, T> {
+    Rows {
+        tiles,
+        by_error,
+        plain,
+    }
+}
+
+/// Lets a gradient be filled in order, and puts it into the caller's.
+fn fill<T: Real>(
+    gradient: &mut Array2<T>,
+    room: &mut Vec<T>,
+    shape: (usize, usize),
+    order: Option<&[usize]>,
+    in_order: impl FnOnce(&mut [T]),
+) {
+    if gradient.dim() != shape {
+        *gradient = Array2::from_elem(shape, T::default());
+    }
+    let out = gradient.as_slice_mut().unwrap_or_default(); // a standard layout is a slice
+    match order {
+        None => in_order(out),
+        Some(order) => {
+            room.resize(out.len(), T::default());
+            in_order(room);
+            let n = shape.1.max(1);
+            for (&k, row) in order.iter().zip(room.chunks_exact(n)) {
+                out[k * n..(k + 1) * n].copy_from_slice(row);
             }
         }
-    });
-    gradient
-}
-
-/// Rows that a thread takes at once.
-const ROWS: usize = 128;
-
-/// Sums over f_i, the last open feature: what is left are the outcomes of those before it.
-fn sum_out(open: &mut Vec<f64>, i: usize, g: f64) {
-    let (without, with) = open.split_at_mut(1 << i);
-    for (o, w) in without.iter_mut().zip(&*with) {
-        *o = (1.0 - g) * *o + g * w;
     }
-    open.truncate(1 << i);
 }
 
 /// Equal weights P(ξ*) for `truths` places.
@@ -160,5 +342,7 @@ pub fn equal_weights(truths: usize) -> Array1<f64> {
     Array1::from_elem(truths, 1.0 / truths.max(1) as f64)
 }
 
+#[cfg(test)]
+mod dense_tests;
 #[cfg(test)]
 mod tests;

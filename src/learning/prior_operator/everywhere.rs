@@ -1,103 +1,181 @@
 //! In the plane without any idea where: all distances, by blocks.
 
-use crate::belief::Places;
-use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, Zip};
+use super::{Asking, Rows};
+use crate::{
+    geometry::Pose,
+    learning::lanes::{Kernel, LANES, Lanes, Real, Vectors},
+};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Every candidate for every truth. Up to some thousands of places the distances are kept; beyond, they are made block
-/// by block, multiplied and dropped, so that memory grows no faster than the number of places.
+/// by block, used and dropped, so that memory grows no faster than the number of places.
 pub struct Everywhere {
-    truths: Places,
-    candidates: Places,
-    kept: Option<Array2<f64>>,
+    truths: Vec<[f64; 2]>,
+    candidates: Vec<[f64; 2]>,
+    /// `[truth, candidate]`, in metres.
+    kept: Option<Vec<f64>>,
+    /// Truths and candidates are the same places, so that rows are as good as columns.
+    symmetric: bool,
 }
 
-/// Truths handled at once.
-const BLOCK: usize = 64;
+/// Places asked about whose distances are made at once.
+const BLOCK: usize = 32;
+
+/// Places asking at once.
+const ROWS: usize = 4;
 
 /// Most distances that are kept: 200 MB.
 const MOST_KEPT: usize = 25_000_000;
 
 impl Everywhere {
-    pub(super) fn new(truths: &Places, candidates: &Places) -> Self {
-        let (truths, candidates) = (truths.clone(), candidates.clone());
-        let kept = (truths.len() * candidates.len() <= MOST_KEPT).then(|| {
-            let mut all = Array2::zeros((truths.len(), candidates.len()));
-            let blocks = all
-                .axis_chunks_iter_mut(Axis(0), BLOCK)
-                .into_par_iter()
-                .enumerate();
-            blocks
-                .for_each(|(block, out)| fill_distances(&truths, block * BLOCK, &candidates, out));
+    pub(super) fn new(truths: &[Pose], candidates: &[Pose]) -> Self {
+        let at = |poses: &[Pose]| poses.iter().map(|p| [p.x_m, p.y_m]).collect();
+        Self::between(at(truths), at(candidates))
+    }
+
+    pub(super) fn between(truths: Vec<[f64; 2]>, candidates: Vec<[f64; 2]>) -> Self {
+        let pairs = truths.len() * candidates.len();
+        let kept = (0 < pairs && pairs <= MOST_KEPT).then(|| {
+            let mut all = vec![0.0; pairs];
+            let rows = all.par_chunks_mut(candidates.len()).zip(&truths);
+            rows.for_each(|(row, truth)| {
+                for (out, candidate) in row.iter_mut().zip(&candidates) {
+                    *out = distance_m(truth, candidate);
+                }
+            });
             all
         });
         Self {
+            symmetric: truths == candidates,
             truths,
             candidates,
             kept,
         }
     }
 
-    fn share(&self) -> f64 {
-        1.0 / self.candidates.len().max(1) as f64
+    /// Numbers of truths and candidates.
+    pub(super) fn counts(&self) -> (usize, usize) {
+        (self.truths.len(), self.candidates.len())
     }
 
-    /// Candidates that the prior of every truth admits.
-    pub(super) fn window_sizes(&self) -> Vec<usize> {
-        vec![self.candidates.len(); self.truths.len()]
-    }
-
-    pub(super) fn candidates(&self) -> usize {
-        self.candidates.len()
-    }
-
-    pub(super) fn apply(&self, map: ArrayView2<f64>) -> (Array2<f64>, Array2<f64>) {
-        let kept = self.kept.as_ref().map(|all| all.view());
-        let n = distances_times(&self.truths, &self.candidates, kept, map, self.share());
-        let mean = map.sum_axis(Axis(0)) * self.share();
-        let mut d = Array2::zeros(n.raw_dim());
-        d.assign(&mean);
-        (n, d)
-    }
-
-    pub(super) fn apply_transposed(&self, u: ArrayView2<f64>, v: ArrayView2<f64>) -> Array2<f64> {
-        let kept = self.kept.as_ref().map(|all| all.t());
-        let mut out = distances_times(&self.candidates, &self.truths, kept, u, self.share());
-        out -= &(v.sum_axis(Axis(0)) * self.share());
-        out
-    }
-}
-
-/// `share`·e(from, to)·rows, `[from, outcome]`.
-fn distances_times(
-    from: &Places,
-    to: &Places,
-    kept: Option<ArrayView2<f64>>,
-    rows: ArrayView2<f64>,
-    share: f64,
-) -> Array2<f64> {
-    let mut out = Array2::zeros((from.len(), rows.ncols()));
-    out.axis_chunks_iter_mut(Axis(0), BLOCK)
-        .into_par_iter()
-        .enumerate()
-        .for_each(|(block, mut out)| {
-            let first = block * BLOCK;
-            match &kept {
-                Some(all) => {
-                    let block = all.slice_axis(Axis(0), (first..first + out.nrows()).into());
-                    ndarray::linalg::general_mat_mul(share, &block, &rows, 0.0, &mut out);
+    /// Σ e·rows for some places, one tile.
+    #[inline(always)]
+    pub(super) fn answer<T: Real>(
+        &self,
+        asking: Asking,
+        places: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        by_error: &mut [Lanes<f64>],
+    ) {
+        let kept = self.kept.as_deref();
+        let by_truths = asking == Asking::Truths || self.symmetric;
+        let (from, to) = match asking {
+            Asking::Truths => (&self.truths[..], &self.candidates[..]),
+            Asking::Candidates => (&self.candidates[..], &self.truths[..]),
+        };
+        for (first, out) in places.step_by(ROWS).zip(by_error.chunks_mut(ROWS)) {
+            out.fill(Lanes::<f64>::default());
+            for start in (0..to.len()).step_by(BLOCK) {
+                let end = (start + BLOCK).min(to.len());
+                let mut e = [[0.0; BLOCK]; ROWS];
+                for (row, e) in e[..out.len()].iter_mut().enumerate() {
+                    let e = &mut e[..end - start];
+                    match kept {
+                        Some(all) if by_truths => {
+                            let row = (first + row) * to.len();
+                            e.copy_from_slice(&all[row + start..row + end]);
+                        }
+                        Some(all) => {
+                            for (place, e) in (start..end).zip(e) {
+                                *e = all[place * from.len() + first + row];
+                            }
+                        }
+                        None => {
+                            for (to, e) in to[start..end].iter().zip(e) {
+                                *e = distance_m(&from[first + row], to);
+                            }
+                        }
+                    }
                 }
-                None => {
-                    let mut block = Array2::zeros((out.nrows(), to.len()));
-                    fill_distances(from, first, to, block.view_mut());
-                    ndarray::linalg::general_mat_mul(share, &block, &rows, 0.0, &mut out);
+                let sums = sums(&e, start..end, tile, rows);
+                for (out, sums) in out.iter_mut().zip(&sums) {
+                    for l in 0..LANES {
+                        out[l] += sums[l];
+                    }
                 }
             }
-        });
-    out
+        }
+    }
 }
 
-/// e from places `first`.. to all others, `[from, to]`.
-fn fill_distances(from: &Places, first: usize, to: &Places, mut out: ArrayViewMut2<f64>) {
-    Zip::indexed(&mut out).for_each(|(i, j), d| *d = from.distance_m(first + i, to, j));
+/// Σ e·rows over some places asked about, for each place that asks.
+#[inline(always)]
+fn sums<T: Real>(
+    e: &[[f64; BLOCK]; ROWS],
+    places: Range<usize>,
+    tile: usize,
+    rows: &Rows<T>,
+) -> [Lanes<f64>; ROWS] {
+    let nothing = Lanes::<f64>::default();
+    let (mut s0, mut s1, mut s2, mut s3) = (nothing, nothing, nothing, nothing);
+    let [e0, e1, e2, e3] = e;
+    let of_places =
+        rows.by_error[places.start * rows.tiles..places.end * rows.tiles].chunks_exact(rows.tiles);
+    for ((((row, &e0), &e1), &e2), &e3) in of_places.zip(e0).zip(e1).zip(e2).zip(e3) {
+        let row = row[tile];
+        for l in 0..LANES {
+            s0[l] += e0 * row[l].wide();
+        }
+        for l in 0..LANES {
+            s1[l] += e1 * row[l].wide();
+        }
+        for l in 0..LANES {
+            s2[l] += e2 * row[l].wide();
+        }
+        for l in 0..LANES {
+            s3[l] += e3 * row[l].wide();
+        }
+    }
+    [s0, s1, s2, s3]
+}
+
+/// The sum of all rows to be summed plainly, for every tile.
+pub(super) fn add_up<T: Real>(rows: &Rows<T>, total: &mut Vec<Lanes<f64>>, vectors: Vectors) {
+    total.clear();
+    total.resize(rows.tiles, Lanes::<f64>::default());
+    match rows.plain {
+        Some(plain) => vectors.run(AddUp { plain, total }),
+        None => vectors.run(AddUp {
+            plain: rows.by_error,
+            total,
+        }),
+    }
+}
+
+struct AddUp<'a, T> {
+    plain: &'a [Lanes<T>],
+    total: &'a mut [Lanes<f64>],
+}
+
+impl<T: Real> Kernel for AddUp<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for row in self.plain.chunks_exact(self.total.len()) {
+            for (total, row) in self.total.iter_mut().zip(row) {
+                for l in 0..LANES {
+                    total[l] += row[l].wide();
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn distance_m(a: &[f64; 2], b: &[f64; 2]) -> f64 {
+    let (x, y) = (a[0] - b[0], a[1] - b[1]);
+    (x * x + y * y).sqrt()
 }

@@ -1,31 +1,52 @@
 //! Bel and A = e ∘ Bel as operators: the two big matrices of the objective, never stored as such.
 //!
 //! Row ξ* of Bel is the prior belief of a robot that is truly at ξ*: uniform over the candidates that the prior
-//! admits. Row ξ* of A is the same times e(ξ*, ξ). All the objective needs of them are two products and their
-//! transposes, and the shape of the prior says how to get them cheaply:
+//! admits. Row ξ* of A is the same times e(ξ*, ξ). As every belief is uniform, all that the objective needs are sums
+//! over the admitted places, weighed by e and plain, from truths over candidates and back; and the shape of the prior
+//! says how to get them cheaply:
 //!
-//! | prior | product | cost |
+//! | prior | sums | cost |
 //! |---|---|---|
-//! | any, along a route | running sums: a window is a contiguous range, e is a difference of coordinates | (T + C)·F |
+//! | any, along a route | a window is a contiguous range, e a difference of coordinates: block sums | (T + C)·F |
 //! | window, in the plane | sparse rows | T·window·F |
-//! | global, in the plane | blocks of distances, made and multiplied in turn | T·C·F |
+//! | global, in the plane | all distances, kept or made block by block | T·C·F |
+//! | global, in the plane, many places | distances between cells | (T + C)·F + cells²·F |
 //!
-//! with T truths, C candidates, F = 2^n outcomes. All sums are f64 and in a fixed order.
+//! with T truths, C candidates, F = 2^n outcomes. All orders of summation are fixed, whatever the number of threads.
 
+mod block_sums;
+mod cells;
 mod everywhere;
 mod route_windows;
 mod sparse_rows;
 
-use crate::belief::{Places, Uncertainty};
-use ndarray::{Array1, Array2, ArrayView2, Axis};
+use super::lanes::{Kernel, Lanes, Real, Vectors};
+use crate::{
+    belief::{Places, Uncertainty},
+    error::{Error, Result},
+};
+use ndarray::Array1;
+use rayon::prelude::*;
+use std::ops::Range;
 
+use block_sums::BlockSums;
+use cells::Cells;
 use everywhere::Everywhere;
 use route_windows::RouteWindows;
 use sparse_rows::SparseRows;
 
+/// More places than this in the plane, and a global prior takes them by cells.
+pub const MOST_EXACT_PLACES: usize = 5000;
+
+/// Side of these cells, in metres. No error e(ξ*, ξ) is off by more than their diagonal, 0.35 m.
+pub const CELL_SIDE_M: f64 = 0.25;
+
 /// The prior beliefs of all truths over all candidates.
 pub struct PriorOperator {
     shape: Shape,
+    truths: usize,
+    candidates: usize,
+    window_sizes: Vec<usize>,
     prior_error_m: Array1<f64>,
 }
 
@@ -37,10 +58,67 @@ enum Shape {
     Sparse(SparseRows),
     /// In the plane, anywhere.
     Everywhere(Everywhere),
+    /// In the plane, anywhere, by cells.
+    Cells(Cells),
+}
+
+/// Whose places sum over the other side's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Asking {
+    Truths,
+    Candidates,
+}
+
+/// What is summed: rows of the places asked about, in the operator's order, `[place, tile]` of sixteen outcomes each.
+pub(super) struct Rows<'a, T> {
+    /// Tiles of sixteen outcomes a place has.
+    pub tiles: usize,
+    /// Summed with weight e.
+    pub by_error: &'a [Lanes<T>],
+    /// Summed plainly; `None`: the same rows.
+    pub plain: Option<&'a [Lanes<f64>]>,
+}
+
+impl<T: Real> Rows<'_, T> {
+    fn places(&self) -> usize {
+        self.by_error.len() / self.tiles
+    }
+}
+
+/// What is known of the rows before any place asks; kept between evaluations.
+#[derive(Debug, Default)]
+pub(super) struct Scratch<T> {
+    one: BlockSums<2>,
+    two: BlockSums<3>,
+    total: Vec<Lanes<f64>>,
+    cell_rows: Vec<Lanes<T>>,
+    cell_sums: Vec<Lanes<f64>>,
+}
+
+/// Places that ask together.
+pub(super) const CHUNK: usize = 64;
+
+/// Σ e·rows and Σ rows over the admitted places, of [`CHUNK`] places that ask, for one tile.
+pub(super) struct Answers {
+    pub by_error: [Lanes<f64>; CHUNK],
+    pub plain: [Lanes<f64>; CHUNK],
+}
+
+impl Answers {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        Self {
+            by_error: [Lanes::default(); CHUNK],
+            plain: [Lanes::default(); CHUNK],
+        }
+    }
 }
 
 impl PriorOperator {
     /// The prior `uncertainty` of robots truly at `truths`, over `candidates`.
+    ///
+    /// Exact, but for a global prior over more than [`MOST_EXACT_PLACES`] places in the plane: those are taken by cells
+    /// of [`CELL_SIDE_M`] as in [`everywhere_in_cells`](Self::everywhere_in_cells).
     pub fn new(uncertainty: Uncertainty, truths: &Places, candidates: &Places) -> Self {
         match (truths, candidates, uncertainty) {
             (Places::Route(truths), Places::Route(candidates), _) => {
@@ -54,13 +132,57 @@ impl PriorOperator {
                     candidates,
                 )))
             }
-            (_, _, Uncertainty::Global) => {
-                Self::of(Shape::Everywhere(Everywhere::new(truths, candidates)))
+            (Places::Plane(t), Places::Plane(c), Uncertainty::Global) => {
+                if t.len().max(c.len()) > MOST_EXACT_PLACES {
+                    Self::of(Shape::Cells(Cells::new(t, c, CELL_SIDE_M)))
+                } else {
+                    Self::of(Shape::Everywhere(Everywhere::new(t, c)))
+                }
             }
-            _ => Self::with_error(uncertainty, truths, candidates, |t, c| {
-                truths.distance_m(t, candidates, c)
-            }),
+            _ => Self::of(Shape::Sparse(SparseRows::within(
+                uncertainty,
+                truths,
+                candidates,
+            ))),
         }
+    }
+
+    /// A global prior in the plane over all distances exactly, however many places there are. Up to 25 million
+    /// distances are kept; more are made anew in every evaluation.
+    ///
+    /// # Errors
+    /// Where the places lie along a route: there [`new`](Self::new) is exact and cheap.
+    pub fn everywhere(truths: &Places, candidates: &Places) -> Result<Self> {
+        let (truths, candidates) = in_the_plane(truths, candidates)?;
+        Ok(Self::of(Shape::Everywhere(Everywhere::new(
+            truths, candidates,
+        ))))
+    }
+
+    /// A global prior in the plane by square cells of `side_m` metres (Thrun 1998, 4.4.2 item 2): e(ξ*, ξ) is taken
+    /// between the middles of the cells in which ξ* and ξ lie, so the cost grows with the number of places and not with
+    /// its square. No e is off by more than the diagonal of a cell, √2·`side_m`, and so no expected error is.
+    ///
+    /// ```
+    /// use ballmark::{belief::Places, geometry::Pose, learning::prior_operator::PriorOperator};
+    /// let places = Places::Plane(vec![Pose::new(0.1, 0.0, 0.0), Pose::new(9.9, 0.0, 1.5)]);
+    /// let prior = PriorOperator::everywhere_in_cells(&places, &places, 0.5)?;
+    /// assert!((prior.prior_error_m()[0] - 4.9).abs() < 0.5 * 2f64.sqrt());
+    /// # Ok::<(), ballmark::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Where the places lie along a route, or `side_m` isn't a positive number.
+    pub fn everywhere_in_cells(truths: &Places, candidates: &Places, side_m: f64) -> Result<Self> {
+        let (truths, candidates) = in_the_plane(truths, candidates)?;
+        if !(side_m.is_finite() && side_m > 0.0) {
+            return Err(Error::usage(format!(
+                "cells of {side_m} m: expected a positive side"
+            )));
+        }
+        Ok(Self::of(Shape::Cells(Cells::new(
+            truths, candidates, side_m,
+        ))))
     }
 
     /// The same with another error than the straight way or the way along the route: `error_m(truth, candidate)` is
@@ -81,7 +203,7 @@ impl PriorOperator {
         candidates: &Places,
         error_m: impl Fn(usize, usize) -> f64 + Sync,
     ) -> Self {
-        Self::of(Shape::Sparse(SparseRows::new(
+        Self::of(Shape::Sparse(SparseRows::with_error(
             uncertainty,
             truths,
             candidates,
@@ -90,33 +212,26 @@ impl PriorOperator {
     }
 
     fn of(shape: Shape) -> Self {
+        let (truths, candidates) = match &shape {
+            Shape::Route(s) => s.counts(),
+            Shape::Sparse(s) => s.counts(),
+            Shape::Everywhere(s) => s.counts(),
+            Shape::Cells(s) => s.counts(),
+        };
+        let window_sizes = match &shape {
+            Shape::Route(s) => s.window_sizes(),
+            Shape::Sparse(s) => s.window_sizes(),
+            Shape::Everywhere(_) | Shape::Cells(_) => vec![candidates; truths],
+        };
         let mut operator = Self {
             shape,
-            prior_error_m: Array1::default(0),
+            truths,
+            candidates,
+            window_sizes,
+            prior_error_m: Array1::zeros(truths),
         };
-        let ones = Array2::ones((operator.candidates(), 1));
-        operator.prior_error_m = operator.apply(ones.view()).0.remove_axis(Axis(1));
+        operator.prior_error_m = operator.mean_errors();
         operator
-    }
-
-    /// N = A·M and D = Bel·M, both `[truth, outcome]`, of M `[candidate, outcome]`.
-    ///
-    /// D[ξ*, f] is P(f) under the prior of a robot at ξ* (Thrun 1998, eq. 37); N/D its expected error after sensing f.
-    pub fn apply(&self, map: ArrayView2<f64>) -> (Array2<f64>, Array2<f64>) {
-        match &self.shape {
-            Shape::Route(route) => route.apply(map),
-            Shape::Sparse(rows) => rows.apply(map),
-            Shape::Everywhere(all) => all.apply(map),
-        }
-    }
-
-    /// Aᵀ·U − Belᵀ·V, `[candidate, outcome]`, of U and V `[truth, outcome]`.
-    pub fn apply_transposed(&self, u: ArrayView2<f64>, v: ArrayView2<f64>) -> Array2<f64> {
-        match &self.shape {
-            Shape::Route(route) => route.apply_transposed(u, v),
-            Shape::Sparse(rows) => rows.apply_transposed(u, v),
-            Shape::Everywhere(all) => all.apply_transposed(u, v),
-        }
     }
 
     /// Prior error of every truth in metres, Σ_ξ e(ξ*, ξ)·Bel(ξ) (Thrun 1998, eq. 21).
@@ -126,40 +241,154 @@ impl PriorOperator {
 
     /// Candidates that the prior of every truth admits.
     pub fn window_sizes(&self) -> Vec<usize> {
+        self.window_sizes.clone()
+    }
+
+    /// Number of truths.
+    pub fn truths(&self) -> usize {
+        self.truths
+    }
+
+    /// Number of candidates.
+    pub fn candidates(&self) -> usize {
+        self.candidates
+    }
+
+    /// The same as a slice.
+    pub(super) fn prior_errors_m(&self) -> &[f64] {
+        self.prior_error_m.as_slice().unwrap_or_default() // a standard layout is a slice
+    }
+
+    /// How many candidates the prior of one truth admits.
+    pub(super) fn window_size(&self, truth: usize) -> usize {
+        self.window_sizes[truth]
+    }
+
+    /// The order in which rows of a side's places must come; `None`: as they are.
+    pub(super) fn order(&self, side: Asking) -> Option<&[usize]> {
         match &self.shape {
-            Shape::Route(route) => route.window_sizes(),
-            Shape::Sparse(rows) => rows.window_sizes(),
-            Shape::Everywhere(all) => all.window_sizes(),
+            Shape::Route(s) => s.order(side),
+            _ => None,
         }
     }
 
-    fn candidates(&self) -> usize {
+    /// Takes in the rows that `asking` is going to ask about.
+    pub(super) fn prepare<T: Real>(
+        &self,
+        asking: Asking,
+        rows: &Rows<T>,
+        scratch: &mut Scratch<T>,
+        vectors: Vectors,
+    ) {
         match &self.shape {
-            Shape::Route(route) => route.candidates(),
-            Shape::Sparse(rows) => rows.candidates(),
-            Shape::Everywhere(all) => all.candidates(),
+            Shape::Route(s) => s.prepare(asking, rows, &mut scratch.one, &mut scratch.two, vectors),
+            Shape::Sparse(_) => {}
+            Shape::Everywhere(_) => everywhere::add_up(rows, &mut scratch.total, vectors),
+            Shape::Cells(s) => s.prepare(asking, rows, scratch, vectors),
         }
+    }
+
+    /// Answers the places `asking`, numbers `places` in their order, at most [`CHUNK`] of them, from rows prepared.
+    #[inline(always)]
+    pub(super) fn answer<T: Real>(
+        &self,
+        asking: Asking,
+        places: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        scratch: &Scratch<T>,
+        answers: &mut Answers,
+    ) {
+        match &self.shape {
+            Shape::Route(s) => {
+                s.answer(
+                    asking,
+                    places,
+                    tile,
+                    rows,
+                    &scratch.one,
+                    &scratch.two,
+                    answers,
+                );
+            }
+            Shape::Sparse(s) => s.answer(asking, places, tile, rows, answers),
+            Shape::Everywhere(s) => {
+                let by_error = &mut answers.by_error[..places.len()];
+                s.answer(asking, places.clone(), tile, rows, by_error);
+                answers.plain[..places.len()].fill(scratch.total[tile]);
+            }
+            Shape::Cells(s) => s.answer(asking, places, tile, rows.tiles, scratch, answers),
+        }
+    }
+
+    /// The mean of e over the candidates that every truth's prior admits.
+    fn mean_errors(&self) -> Array1<f64> {
+        let ones = vec![Lanes::all(1.0); self.candidates];
+        let rows = Rows {
+            tiles: 1,
+            by_error: &ones,
+            plain: None,
+        };
+        let (mut scratch, vectors) = (Scratch::default(), Vectors::Best);
+        self.prepare(Asking::Truths, &rows, &mut scratch, vectors);
+        let mut in_order = vec![0.0; self.truths];
+        let chunks = in_order.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each(|(chunk, out)| {
+            vectors.run(MeanErrors {
+                prior: self,
+                first: chunk * CHUNK,
+                rows: &rows,
+                scratch: &scratch,
+                out,
+            });
+        });
+        let mut means = Array1::zeros(self.truths);
+        for (place, mean) in in_order.into_iter().enumerate() {
+            means[self
+                .order(Asking::Truths)
+                .map_or(place, |order| order[place])] = mean;
+        }
+        means
+    }
+}
+
+/// The mean errors of a chunk of truths; of rows of ones.
+struct MeanErrors<'a> {
+    prior: &'a PriorOperator,
+    first: usize,
+    rows: &'a Rows<'a, f64>,
+    scratch: &'a Scratch<f64>,
+    out: &'a mut [f64],
+}
+
+impl Kernel for MeanErrors<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let places = self.first..self.first + self.out.len();
+        let mut answers = Answers::new();
+        let asking = Asking::Truths;
+        self.prior
+            .answer(asking, places, 0, self.rows, self.scratch, &mut answers);
+        for (place, out) in self.out.iter_mut().enumerate() {
+            let (error, plain) = (answers.by_error[place][0], answers.plain[place][0]);
+            *out = error.max(0.0) / plain.max(1.0);
+        }
+    }
+}
+
+fn in_the_plane<'a>(
+    truths: &'a Places,
+    candidates: &'a Places,
+) -> Result<(&'a [crate::geometry::Pose], &'a [crate::geometry::Pose])> {
+    match (truths, candidates) {
+        (Places::Plane(truths), Places::Plane(candidates)) => Ok((truths, candidates)),
+        _ => Err(Error::work(
+            "a global prior over distances: places lie along a route; expected poses in the plane",
+        )),
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::Pose;
-
-    #[test]
-    fn window_sizes_come_in_the_order_of_the_truths() {
-        let (truths, candidates) = ([9.0, 0.0, 5.0], [5.5, 0.5, 4.5, 5.0]);
-        let window: Uncertainty = "1m".parse().unwrap();
-        let route = PriorOperator::new(
-            window,
-            &Places::Route(truths.to_vec()),
-            &Places::Route(candidates.to_vec()),
-        );
-        assert_eq!(route.window_sizes(), [0, 1, 3]);
-        let plane =
-            |x: &[f64]| Places::Plane(x.iter().map(|&x_m| Pose::new(x_m, 0.0, 0.0)).collect());
-        let plane = PriorOperator::new(window, &plane(&truths), &plane(&candidates));
-        assert_eq!(plane.window_sizes(), [0, 1, 3]);
-    }
-}
+mod tests;

@@ -1,189 +1,137 @@
-//! Along a route every window is a contiguous range, so running sums give all products in O((T + C)·F).
+//! Along a route every window is a contiguous range of the places in order.
 
-use ndarray::{Array2, ArrayView2, Axis};
-use rayon::prelude::*;
+use super::{
+    Answers, Asking, Rows,
+    block_sums::{BlockSums, answer},
+};
+use crate::learning::lanes::{Real, Vectors};
+use std::ops::Range;
 
-/// Along a route, in order of the coordinate, candidates within a window are neighbours, and running sums of P and x·P
-/// give every window's sums by one subtraction.
+/// Truths and candidates along a route, each in the order of their coordinate, and what each sees of the other.
 pub struct RouteWindows {
     truths: Side,
     candidates: Side,
 }
 
-/// The places of one side, and what each sees of the other.
-struct Side {
+/// The places of one side, in order.
+pub(super) struct Side {
     /// Coordinates, in metres from the middle of the route: smaller numbers cancel less.
-    x_m: Vec<f64>,
-    /// The places in the order of their coordinate.
-    order: Vec<usize>,
-    /// Of every place: its window among the other side's places in order.
-    window: Vec<Window>,
+    pub(super) x_m: Vec<f64>,
+    /// Of every place: its window among the other side's places in order. All three cuts grow from place to place.
+    pub(super) window: Vec<Window>,
+    /// Numbers of the places as they came; `None`: they came in order.
+    order: Option<Vec<usize>>,
 }
 
 /// A range of places in order, cut where the place that looks would stand itself.
 #[derive(Clone, Copy)]
-struct Window {
-    first: usize,
-    here: usize,
-    end: usize,
-}
-
-impl Window {
-    fn size(&self) -> usize {
-        self.end - self.first
-    }
+pub(super) struct Window {
+    pub(super) first: usize,
+    pub(super) here: usize,
+    pub(super) end: usize,
 }
 
 impl RouteWindows {
     pub(super) fn new(half_width_m: f64, truths: &[f64], candidates: &[f64]) -> Self {
         let middle = centre(candidates);
-        let centred = |values: &[f64]| -> Vec<f64> { values.iter().map(|x| x - middle).collect() };
-        let (truths, candidates) = (centred(truths), centred(candidates));
-        let order = |values: &[f64]| {
-            let mut order: Vec<usize> = (0..values.len()).collect();
-            order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-            order
-        };
-        let (truth_order, candidate_order) = (order(&truths), order(&candidates));
-        // |x_j − x_i| ≤ w as computed, so that windows are symmetric under rounding.
-        let windows = |from: &[f64], to: &[f64], order: &[usize]| -> Vec<Window> {
-            let look = |&x: &f64| Window {
-                first: order.partition_point(|&j| to[j] < x && (x - to[j]) > half_width_m),
-                here: order.partition_point(|&j| to[j] < x),
-                end: order.partition_point(|&j| to[j] <= x || (to[j] - x) <= half_width_m),
-            };
-            from.iter().map(look).collect()
-        };
-        let of_truths = windows(&truths, &candidates, &candidate_order);
-        let of_candidates = windows(&candidates, &truths, &truth_order);
+        let (truth_x_m, truth_order) = in_order(truths, middle);
+        let (candidate_x_m, candidate_order) = in_order(candidates, middle);
         Self {
             truths: Side {
-                x_m: truths,
+                window: windows(&truth_x_m, &candidate_x_m, half_width_m),
+                x_m: truth_x_m.clone(),
                 order: truth_order,
-                window: of_truths,
             },
             candidates: Side {
-                x_m: candidates,
+                window: windows(&candidate_x_m, &truth_x_m, half_width_m),
+                x_m: candidate_x_m,
                 order: candidate_order,
-                window: of_candidates,
             },
         }
+    }
+
+    /// Numbers of truths and candidates.
+    pub(super) fn counts(&self) -> (usize, usize) {
+        (self.truths.x_m.len(), self.candidates.x_m.len())
     }
 
     /// Candidates that the prior of every truth admits.
     pub(super) fn window_sizes(&self) -> Vec<usize> {
-        self.truths.window.iter().map(Window::size).collect()
+        let mut sizes = vec![0; self.truths.window.len()];
+        for (place, window) in self.truths.window.iter().enumerate() {
+            let order = self.truths.order.as_ref();
+            sizes[order.map_or(place, |order| order[place])] = window.end - window.first;
+        }
+        sizes
     }
 
-    pub(super) fn candidates(&self) -> usize {
-        self.candidates.x_m.len()
+    pub(super) fn order(&self, side: Asking) -> Option<&[usize]> {
+        match side {
+            Asking::Truths => self.truths.order.as_deref(),
+            Asking::Candidates => self.candidates.order.as_deref(),
+        }
     }
 
-    /// Bel of a truth at each of its candidates.
-    fn share(&self, truth: usize) -> f64 {
-        1.0 / self.truths.window[truth].size().max(1) as f64
+    fn sides(&self, asking: Asking) -> (&Side, &Side) {
+        match asking {
+            Asking::Truths => (&self.truths, &self.candidates),
+            Asking::Candidates => (&self.candidates, &self.truths),
+        }
     }
 
-    pub(super) fn apply(&self, map: ArrayView2<f64>) -> (Array2<f64>, Array2<f64>) {
-        let sums = RunningSums::new(&self.candidates, map, |_| 1.0);
-        let mut n = Array2::zeros((self.truths.x_m.len(), map.ncols()));
-        let mut d = Array2::zeros(n.raw_dim());
-        let rows = n
-            .axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .zip(d.axis_iter_mut(Axis(0)));
-        rows.enumerate()
-            .with_min_len(ROWS)
-            .for_each(|(truth, (mut n, mut d))| {
-                let (window, share) = (self.truths.window[truth], self.share(truth));
-                sums.distances(window, self.truths.x_m[truth], share, n.as_slice_mut());
-                sums.masses(window, share, d.as_slice_mut());
-            });
-        (n, d)
+    pub(super) fn prepare<T: Real>(
+        &self,
+        asking: Asking,
+        rows: &Rows<T>,
+        one: &mut BlockSums<2>,
+        two: &mut BlockSums<3>,
+        vectors: Vectors,
+    ) {
+        let x_m = &self.sides(asking).1.x_m;
+        match rows.plain {
+            None => one.sum_up(rows, x_m, vectors),
+            Some(_) => two.sum_up(rows, x_m, vectors),
+        }
     }
 
-    pub(super) fn apply_transposed(&self, u: ArrayView2<f64>, v: ArrayView2<f64>) -> Array2<f64> {
-        let (u, v) = rayon::join(
-            || RunningSums::new(&self.truths, u, |truth| self.share(truth)),
-            || RunningSums::new(&self.truths, v, |truth| self.share(truth)),
-        );
-        let mut out = Array2::zeros((self.candidates.x_m.len(), u.width));
-        let rows = out.axis_iter_mut(Axis(0)).into_par_iter().enumerate();
-        rows.with_min_len(ROWS).for_each(|(candidate, mut row)| {
-            let window = self.candidates.window[candidate];
-            u.distances(
-                window,
-                self.candidates.x_m[candidate],
-                1.0,
-                row.as_slice_mut(),
-            );
-            v.masses(window, -1.0, row.as_slice_mut());
-        });
-        out
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "one sum for each kind of rows")]
+    pub(super) fn answer<T: Real>(
+        &self,
+        asking: Asking,
+        places: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        one: &BlockSums<2>,
+        two: &BlockSums<3>,
+        answers: &mut Answers,
+    ) {
+        let (from, to) = self.sides(asking);
+        match rows.plain {
+            None => answer(from, to, places, tile, rows, one, answers),
+            Some(_) => answer(from, to, places, tile, rows, two, answers),
+        }
     }
 }
 
-/// Rows that a thread takes at least: fewer are not worth the handing over.
-const ROWS: usize = 128;
-
-/// Σ_{j<i} P_j and Σ_{j<i} x_j·P_j for every i, outcomes side by side, both of a place together.
-struct RunningSums {
-    width: usize,
-    /// `[place, mass or moment, outcome]`
-    sums: Vec<f64>,
+/// Of every place `from`, in order: its window `to` the other side, in order.
+fn windows(from: &[f64], to: &[f64], half_width_m: f64) -> Vec<Window> {
+    // |x_j − x_i| ≤ w as computed, so that windows are symmetric under rounding.
+    let look = |&x: &f64| Window {
+        first: to.partition_point(|&other| other < x && (x - other) > half_width_m),
+        here: to.partition_point(|&other| other < x),
+        end: to.partition_point(|&other| other <= x || (other - x) <= half_width_m),
+    };
+    from.iter().map(look).collect()
 }
 
-impl RunningSums {
-    fn new(side: &Side, rows: ArrayView2<f64>, share: impl Fn(usize) -> f64) -> Self {
-        let width = rows.ncols();
-        let rows = rows.as_standard_layout();
-        let values = rows.as_slice().unwrap_or_default(); // a standard layout is a slice
-        let mut sums = Vec::with_capacity((side.order.len() + 1) * 2 * width);
-        sums.resize(2 * width, 0.0);
-        let mut running = vec![0.0; 2 * width];
-        for &k in &side.order {
-            let (x, share) = (side.x_m[k], share(k));
-            let (mass, moment) = running.split_at_mut(width);
-            let row = &values[k * width..(k + 1) * width];
-            for ((mass, moment), p) in mass.iter_mut().zip(moment).zip(row) {
-                *mass += share * p;
-                *moment += x * (share * p);
-            }
-            sums.extend_from_slice(&running);
-        }
-        Self { width, sums }
-    }
-
-    /// Running mass and moment before place number `i` in order.
-    fn before(&self, i: usize) -> (&[f64], &[f64]) {
-        self.sums[2 * self.width * i..2 * self.width * (i + 1)].split_at(self.width)
-    }
-
-    /// Adds `share`·Σ |x_j − x|·P_j over the window.
-    fn distances(&self, window: Window, x: f64, share: f64, out: Option<&mut [f64]>) {
-        let (first, here, end) = (
-            self.before(window.first),
-            self.before(window.here),
-            self.before(window.end),
-        );
-        let masses = first.0.iter().zip(here.0).zip(end.0);
-        let moments = first.1.iter().zip(here.1).zip(end.1);
-        for (out, (((m0, m1), m2), ((x0, x1), x2))) in
-            out.into_iter().flatten().zip(masses.zip(moments))
-        {
-            let behind = x * (m1 - m0) - (x1 - x0);
-            let ahead = (x2 - x1) - x * (m2 - m1);
-            *out += share * (behind + ahead);
-        }
-    }
-
-    /// Adds `share`·Σ P_j over the window.
-    fn masses(&self, window: Window, share: f64, out: Option<&mut [f64]>) {
-        let (first, end) = (self.before(window.first).0, self.before(window.end).0);
-        for (out, (m0, m2)) in out.into_iter().flatten().zip(first.iter().zip(end)) {
-            *out += share * (m2 - m0);
-        }
-    }
+/// Coordinates from the middle in order, and the numbers they came with where that was another order.
+fn in_order(values: &[f64], middle: f64) -> (Vec<f64>, Option<Vec<usize>>) {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let x_m = order.iter().map(|&k| values[k] - middle).collect();
+    let as_they_came = order.iter().enumerate().all(|(place, &k)| place == k);
+    (x_m, (!as_they_came).then_some(order))
 }
 
 fn centre(values: &[f64]) -> f64 {

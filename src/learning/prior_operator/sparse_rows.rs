@@ -1,98 +1,228 @@
 //! In the plane a window admits a few candidates a truth: rows that hold only those.
 
-use crate::belief::{Places, Uncertainty};
-use ndarray::{Array2, ArrayView2, Axis};
+use super::{Answers, Asking, Rows};
+use crate::{
+    belief::{Places, Uncertainty},
+    learning::lanes::{LANES, Lanes, Real},
+};
 use rayon::prelude::*;
+use rstar::{RTree, primitives::GeomWithData};
+use std::ops::Range;
 
-/// Only the admitted candidates of every truth, with belief and error, stored by rows and by columns.
+/// Only the admitted pairs, with their errors, by truths and by candidates.
 pub struct SparseRows {
-    forward: Vec<Vec<Entry>>,
-    backward: Vec<Vec<Entry>>,
+    of_truths: Lists,
+    /// `None`: truths and candidates are the same places, and so are the lists.
+    of_candidates: Option<Lists>,
 }
 
-struct Entry {
-    index: usize,
-    belief: f64,
-    error_times_belief: f64,
+/// A list of places and errors for each place of a side, one after the other.
+#[derive(Default)]
+struct Lists {
+    start: Vec<usize>,
+    index: Vec<u32>,
+    error_m: Vec<f64>,
 }
+
+/// Truths whose lists are made at once.
+const SLAB: usize = 4096;
 
 impl SparseRows {
-    pub(super) fn new(
+    /// With the distance as error.
+    pub(super) fn within(uncertainty: Uncertainty, truths: &Places, candidates: &Places) -> Self {
+        let error_m = |t, c| truths.distance_m(t, candidates, c);
+        let of_truths = Lists::new(uncertainty, truths, candidates, error_m);
+        // Distance and turn are symmetric to the bit.
+        let of_candidates = (truths != candidates).then(|| of_truths.turned(candidates.len()));
+        Self {
+            of_truths,
+            of_candidates,
+        }
+    }
+
+    /// With an error of one's own, which need not be symmetric.
+    pub(super) fn with_error(
         uncertainty: Uncertainty,
         truths: &Places,
         candidates: &Places,
         error_m: impl Fn(usize, usize) -> f64 + Sync,
     ) -> Self {
-        let forward: Vec<Vec<Entry>> = (0..truths.len())
-            .into_par_iter()
-            .map(|truth| {
-                let admitted: Vec<usize> = (0..candidates.len())
-                    .filter(|&c| uncertainty.admits(truths, truth, candidates, c))
-                    .collect();
-                let belief = 1.0 / admitted.len().max(1) as f64;
-                let entry = |index| Entry {
-                    index,
-                    belief,
-                    error_times_belief: belief * error_m(truth, index),
-                };
-                admitted.into_iter().map(entry).collect()
-            })
-            .collect();
-        let mut backward: Vec<Vec<Entry>> = (0..candidates.len()).map(|_| Vec::new()).collect();
-        for (index, row) in forward.iter().enumerate() {
-            for &Entry {
-                index: candidate,
-                belief,
-                error_times_belief,
-            } in row
-            {
-                backward[candidate].push(Entry {
-                    index,
-                    belief,
-                    error_times_belief,
-                });
-            }
+        let of_truths = Lists::new(uncertainty, truths, candidates, error_m);
+        let of_candidates = Some(of_truths.turned(candidates.len()));
+        Self {
+            of_truths,
+            of_candidates,
         }
-        Self { forward, backward }
+    }
+
+    /// Numbers of truths and candidates.
+    pub(super) fn counts(&self) -> (usize, usize) {
+        let candidates = self.of_candidates.as_ref().unwrap_or(&self.of_truths);
+        (self.of_truths.places(), candidates.places())
     }
 
     /// Candidates that the prior of every truth admits.
     pub(super) fn window_sizes(&self) -> Vec<usize> {
-        self.forward.iter().map(Vec::len).collect()
+        let starts = self.of_truths.start.windows(2);
+        starts.map(|of| of[1] - of[0]).collect()
     }
 
-    pub(super) fn candidates(&self) -> usize {
-        self.backward.len()
-    }
-
-    pub(super) fn apply(&self, map: ArrayView2<f64>) -> (Array2<f64>, Array2<f64>) {
-        let mut n = Array2::zeros((self.forward.len(), map.ncols()));
-        let mut d = Array2::zeros(n.raw_dim());
-        n.axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .zip(d.axis_iter_mut(Axis(0)))
-            .zip(&self.forward)
-            .for_each(|((mut n, mut d), row)| {
-                for entry in row {
-                    let candidate = map.row(entry.index);
-                    n.scaled_add(entry.error_times_belief, &candidate);
-                    d.scaled_add(entry.belief, &candidate);
+    #[inline(always)]
+    pub(super) fn answer<T: Real>(
+        &self,
+        asking: Asking,
+        places: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        answers: &mut Answers,
+    ) {
+        let lists = match (asking, &self.of_candidates) {
+            (Asking::Candidates, Some(lists)) => lists,
+            _ => &self.of_truths,
+        };
+        for (place, (by_error, plain)) in
+            places.zip(answers.by_error.iter_mut().zip(&mut answers.plain))
+        {
+            let pairs = lists.start[place]..lists.start[place + 1];
+            let (index, error_m) = (&lists.index[pairs.clone()], &lists.error_m[pairs]);
+            let (mut weighed, mut summed) = (Lanes::<f64>::default(), Lanes::<f64>::default());
+            for (&index, &error_m) in index.iter().zip(error_m) {
+                let a = &rows.by_error[index as usize * rows.tiles + tile];
+                for l in 0..LANES {
+                    weighed[l] += error_m * a[l].wide();
+                    summed[l] += a[l].wide();
                 }
-            });
-        (n, d)
+            }
+            if let Some(plain_rows) = rows.plain {
+                summed = Lanes::default();
+                for &index in index {
+                    let b = &plain_rows[index as usize * rows.tiles + tile];
+                    for l in 0..LANES {
+                        summed[l] += b[l];
+                    }
+                }
+            }
+            (*by_error, *plain) = (weighed, summed);
+        }
+    }
+}
+
+impl Lists {
+    fn new(
+        uncertainty: Uncertainty,
+        truths: &Places,
+        candidates: &Places,
+        error_m: impl Fn(usize, usize) -> f64 + Sync,
+    ) -> Self {
+        let near = Near::new(uncertainty, candidates);
+        let mut lists = Self {
+            start: vec![0],
+            ..Self::default()
+        };
+        for first in (0..truths.len()).step_by(SLAB) {
+            let slab = (first..truths.len().min(first + SLAB)).into_par_iter();
+            let found: Vec<Vec<(u32, f64)>> = slab
+                .map(|truth| {
+                    let admitted = near
+                        .of(truths, truth)
+                        .into_iter()
+                        .filter(|&c| uncertainty.admits(truths, truth, candidates, c as usize));
+                    admitted.map(|c| (c, error_m(truth, c as usize))).collect()
+                })
+                .collect();
+            for (index, error_m) in found.iter().flatten() {
+                lists.index.push(*index);
+                lists.error_m.push(*error_m);
+            }
+            for of_one in &found {
+                lists
+                    .start
+                    .push(lists.start[lists.start.len() - 1] + of_one.len());
+            }
+        }
+        lists
     }
 
-    pub(super) fn apply_transposed(&self, u: ArrayView2<f64>, v: ArrayView2<f64>) -> Array2<f64> {
-        let mut out = Array2::zeros((self.backward.len(), u.ncols()));
-        out.axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .zip(&self.backward)
-            .for_each(|(mut out, column)| {
-                for entry in column {
-                    out.scaled_add(entry.error_times_belief, &u.row(entry.index));
-                    out.scaled_add(-entry.belief, &v.row(entry.index));
+    fn places(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// The same pairs by the other side's places.
+    fn turned(&self, others: usize) -> Self {
+        let mut start = vec![0; others + 1];
+        for &other in &self.index {
+            start[other as usize + 1] += 1;
+        }
+        for other in 0..others {
+            start[other + 1] += start[other];
+        }
+        let mut next = start.clone();
+        let (mut index, mut error_m) = (vec![0; self.index.len()], vec![0.0; self.index.len()]);
+        for place in 0..self.places() {
+            for pair in self.start[place]..self.start[place + 1] {
+                let slot = &mut next[self.index[pair] as usize];
+                (index[*slot], error_m[*slot]) = (place as u32, self.error_m[pair]);
+                *slot += 1;
+            }
+        }
+        Self {
+            start,
+            index,
+            error_m,
+        }
+    }
+}
+
+/// A candidate's position and number.
+type Entry = GeomWithData<[f64; 2], u32>;
+
+/// Finds the candidates that a window may admit without looking at all of them.
+struct Near {
+    /// By position, with a radius that rounding can't defeat; `None`: all candidates come into question.
+    tree: Option<(RTree<Entry>, f64)>,
+    candidates: usize,
+}
+
+impl Near {
+    fn new(uncertainty: Uncertainty, candidates: &Places) -> Self {
+        let tree = match (uncertainty, candidates) {
+            (Uncertainty::Window { half_width_m, .. }, Places::Plane(poses))
+                if half_width_m.is_finite() =>
+            {
+                let positions = poses
+                    .iter()
+                    .enumerate()
+                    .map(|(k, p)| ([p.x_m, p.y_m], k as u32));
+                // No window admits a place without coordinates, and the tree takes none.
+                let finite = positions.filter(|(at, _)| at.iter().all(|v| v.is_finite()));
+                let entries = finite.map(|(at, k)| Entry::new(at, k)).collect();
+                Some((
+                    RTree::bulk_load(entries),
+                    half_width_m * (1.0 + 1e-9) + 1e-9,
+                ))
+            }
+            _ => None,
+        };
+        Self {
+            tree,
+            candidates: candidates.len(),
+        }
+    }
+
+    /// In the order of their numbers.
+    fn of(&self, truths: &Places, truth: usize) -> Vec<u32> {
+        match (&self.tree, truths) {
+            (Some((tree, radius_m)), Places::Plane(poses)) => {
+                let at = [poses[truth].x_m, poses[truth].y_m];
+                if !at.iter().all(|v| v.is_finite()) {
+                    return Vec::new();
                 }
-            });
-        out
+                let near = tree.locate_within_distance(at, radius_m * radius_m);
+                let mut near: Vec<u32> = near.map(|entry| entry.data).collect();
+                near.sort_unstable();
+                near
+            }
+            _ => (0..self.candidates as u32).collect(),
+        }
     }
 }
