@@ -3,6 +3,7 @@
 pub mod checkpoint;
 pub mod draw;
 pub mod lesson;
+pub mod line_search;
 pub mod mean_field;
 pub mod objective;
 pub mod optimiser;
