@@ -56,7 +56,7 @@ impl Checkpoint {
     /// Other networks learn from now on: nothing of what was found for the last ones holds.
     pub fn begin_stage(&mut self) {
         self.descent.forget();
-        self.descent.line_length = 0.0;
+        self.descent.promised = 0.0;
         self.pseudo_patterns = None;
         self.best_validation = None;
         self.best_step = self.descent.steps;
@@ -154,7 +154,7 @@ pub fn write(path: &Path, identity: &str, now: &Checkpoint) -> Result<()> {
         best,
         now.training,
         now.evaluations as f64,
-        now.descent.line_length,
+        now.descent.promised,
     ];
     let bytes = numbers.iter().flat_map(|v| v.to_le_bytes()).collect();
     tensors.push(("numbers".into(), vec![NUMBERS], bytes, Dtype::F64));
@@ -264,7 +264,7 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
     };
     let mut descent = Descent::new(&recipe.descent);
     descent.steps = numbers[0] as usize;
-    descent.line_length = numbers[5];
+    descent.promised = numbers[5];
     let stage = Stage::at(recipe, descent.steps);
     let learners = of_features(like, stage.learners.clone());
     let remembered = match descent.steps > stage.first_step {

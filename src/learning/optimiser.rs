@@ -13,6 +13,11 @@ use burn::{
 /// Share of the last step that momentum descent keeps (Thrun 1998, 5.1.4).
 const MOMENTUM: f64 = 0.9;
 
+/// Farthest that one line may take all parameters together: a third of what networks of small random weights measure. From
+/// their plateau at the start, the lowest place along the first line is far off, where the units are saturated and there
+/// is no slope left to follow.
+const FARTHEST: f64 = 1.0;
+
 /// What a parameter remembers of its past gradients.
 #[derive(Debug, Clone)]
 #[expect(
@@ -49,8 +54,9 @@ pub struct Descent {
     pub steps: usize,
     /// One a parameter, in the order they are stepped; none before the first step.
     pub memory: Vec<Memory>,
-    /// Length of the last step along a line, in units of its direction: where the next search begins. 0: none yet.
-    pub line_length: f64,
+    /// How far the error would have fallen on the last line, had it been straight: the next search begins where its own
+    /// slope promises as much. 0: none yet.
+    pub promised: f64,
 }
 
 impl Descent {
@@ -62,7 +68,7 @@ impl Descent {
             adam,
             steps: 0,
             memory: Vec::new(),
-            line_length: 0.0,
+            promised: 0.0,
         }
     }
 
@@ -170,17 +176,20 @@ impl Descent {
             both.map(|(w, d)| w.clone() + d.clone().mul_scalar(length))
                 .collect()
         };
-        let first = match self.line_length > 0.0 {
-            true => self.line_length,
+        let first = match self.promised > 0.0 {
+            true => self.promised / -slope,
             false => self.config.learning_rate,
         };
+        let longest = FARTHEST / dot(&direction, &direction)?.sqrt();
         let found = match slope < 0.0 {
-            true => line_search(error, slope, first, |length| error_at(moved(length)))?,
+            true => line_search(error, slope, first, longest, |length| {
+                error_at(moved(length))
+            })?,
             false => None, // the gradient is zero
         };
         let next = match found {
             Some(length) => {
-                self.line_length = length;
+                self.promised = -slope * length;
                 moved(length)
             }
             None => parameters.to_vec(),
