@@ -6,12 +6,14 @@
 
 use ballmark::{
     belief::{Places, Uncertainty},
+    detector::device::cpu,
     geometry::Pose,
     learning::{
         Recipe,
         lesson::Lesson,
         objective::{Objective, equal_weights},
         prior_operator::PriorOperator,
+        recipe::Optimiser,
         trainer::Trainer,
     },
     recording::{Channel, Columns, Recording, split::Split},
@@ -147,13 +149,16 @@ fn training_step(k: usize) -> Duration {
         validation: Vec::new(),
         test: Vec::new(),
     };
-    let recipe = Recipe {
+    let mut recipe = Recipe {
         uncertainty: "2m".parse().expect("an uncertainty as users write it"),
-        ..Recipe::default()
+        ..Recipe::thrun1998()
     };
+    recipe.descent.optimiser = Optimiser::Adam;
+    recipe.descent.pseudo_pattern_steps = 1;
+    recipe.descent.map_in_objective = true;
+    recipe.augmentation.input_noise = 0.3;
     let lesson = Lesson::prepare(&recipe, &recording, &everything).expect("enough snapshots");
-    drop(recording);
-    let mut trainer = Trainer::new(&recipe, &lesson);
+    let mut trainer = Trainer::new(&recipe, &lesson, &cpu());
     median(|| {
         trainer.step().expect("a finite objective");
     })

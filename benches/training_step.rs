@@ -60,6 +60,7 @@ fn small_networks() -> Recipe {
         learning_rate: 0.03,
         weight_decay: 0.01,
         map_in_objective: true,
+        pseudo_pattern_steps: 1,
         ..recipe.descent
     };
     recipe.augmentation.input_noise = 0.3;

@@ -113,6 +113,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
 pub(super) struct Learned {
     pub(super) model: Model,
     steps: usize,
+    evaluations: usize,
     stopped_by: trainer::StoppedBy,
 }
 
@@ -155,9 +156,11 @@ pub(super) fn learn(
     )?;
     progress.done();
     let (steps, stopped_by) = (trained.steps, trained.stopped_by);
+    let evaluations = trained.evaluations;
     Ok(Learned {
         model: Model::new(recipe, recording, &lesson, trained),
         steps,
+        evaluations,
         stopped_by,
     })
 }
@@ -175,6 +178,7 @@ impl Learned {
             "train": scores.train,
             "validation": scores.validation,
             "steps": self.steps,
+            "evaluations": self.evaluations,
             "stopped_by": self.stopped_by,
             "recipe": self.model.header.recipe,
             "timing": { "seconds": seconds },

@@ -3,7 +3,10 @@
 use super::{
     optimiser::{Descent, Memory},
     recipe::{Optimiser, Recipe},
-    trainer::Progress,
+    trainer::{
+        Progress, PseudoPatterns,
+        stage::{Stage, of_features},
+    },
 };
 use crate::{
     detector::net::{Nets, values},
@@ -20,6 +23,10 @@ pub struct Checkpoint {
     pub nets: Nets,
     /// Steps taken, and what the parameters remember of them.
     pub descent: Descent,
+    /// What steps descend that don't evaluate the objective.
+    pub pseudo_patterns: Option<PseudoPatterns>,
+    /// Evaluations of the objective so far.
+    pub evaluations: usize,
     /// The networks at the best validation error.
     pub best_nets: Nets,
     /// Error reduction there; none where nothing was validated yet.
@@ -37,11 +44,22 @@ impl Checkpoint {
         Self {
             nets,
             descent,
+            pseudo_patterns: None,
+            evaluations: 0,
             best_nets,
             best_validation: None,
             best_step: 0,
             training: 0.0,
         }
+    }
+
+    /// Other networks learn from now on: nothing of what was found for the last ones holds.
+    pub fn begin_stage(&mut self) {
+        self.descent.forget();
+        self.descent.promised = 0.0;
+        self.pseudo_patterns = None;
+        self.best_validation = None;
+        self.best_step = self.descent.steps;
     }
 
     /// Keeps the networks if they validate better than any before.
@@ -68,6 +86,9 @@ impl Checkpoint {
 
 /// Key of the file's metadata under which the identity of the training stands.
 const IDENTITY: &str = "ballmark_training";
+
+/// Numbers that are no tensor's.
+const NUMBERS: usize = 6;
 
 /// Length of the hexadecimal SHA-256 that ends the file.
 const DIGEST: usize = 64;
@@ -107,7 +128,24 @@ pub fn write(path: &Path, identity: &str, now: &Checkpoint) -> Result<()> {
                 put(format!("memory.{p}.second"), second)?;
             }
             Memory::Momentum { velocity } => put(format!("memory.{p}.velocity"), velocity)?,
+            Memory::ConjugateGradient {
+                gradient,
+                direction,
+            } => {
+                put(format!("memory.{p}.gradient"), gradient)?;
+                put(format!("memory.{p}.direction"), direction)?;
+            }
         }
+    }
+    if let Some(patterns) = &now.pseudo_patterns {
+        put(
+            "patterns.output".into(),
+            &patterns.output.clone().unsqueeze(),
+        )?;
+        put(
+            "patterns.gradient".into(),
+            &patterns.gradient.clone().unsqueeze(),
+        )?;
     }
     let best = now.best_validation.unwrap_or(f64::NAN);
     let numbers = [
@@ -115,9 +153,11 @@ pub fn write(path: &Path, identity: &str, now: &Checkpoint) -> Result<()> {
         now.best_step as f64,
         best,
         now.training,
+        now.evaluations as f64,
+        now.descent.promised,
     ];
     let bytes = numbers.iter().flat_map(|v| v.to_le_bytes()).collect();
-    tensors.push(("numbers".into(), vec![4], bytes, Dtype::F64));
+    tensors.push(("numbers".into(), vec![NUMBERS], bytes, Dtype::F64));
 
     let views = tensors
         .iter()
@@ -188,7 +228,7 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
         )))
     };
     let numbers: Vec<f64> = match file.tensor("numbers") {
-        Ok(view) if view.dtype() == Dtype::F64 && view.shape() == [4] => {
+        Ok(view) if view.dtype() == Dtype::F64 && view.shape() == [NUMBERS] => {
             let double = |b: &[u8]| {
                 b.iter()
                     .rev()
@@ -224,7 +264,16 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
     };
     let mut descent = Descent::new(&recipe.descent);
     descent.steps = numbers[0] as usize;
-    for (p, like) in like.weight.iter().chain(&like.bias).enumerate() {
+    descent.promised = numbers[5];
+    let stage = Stage::at(recipe, descent.steps);
+    let learners = of_features(like, stage.learners.clone());
+    let remembered = match descent.steps > stage.first_step {
+        true => learners.weight.len(),
+        false => 0, // nothing of another stage
+    };
+    let parameters = learners.weight.iter().take(remembered);
+    let parameters = parameters.chain(learners.bias.iter().take(remembered));
+    for (p, like) in parameters.enumerate() {
         let of = |what: &str| {
             let name = format!("memory.{p}.{what}");
             same_shape(get(name.clone())?, like, &name)
@@ -237,11 +286,35 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
             Optimiser::Momentum => Memory::Momentum {
                 velocity: of("velocity")?,
             },
+            Optimiser::ConjugateGradient => Memory::ConjugateGradient {
+                gradient: of("gradient")?,
+                direction: of("direction")?,
+            },
         });
     }
+    let pattern = |what: &str| -> Result<Option<Tensor<2>>> {
+        let name = format!("patterns.{what}");
+        let found = get(name.clone())?;
+        let Some([1, _, learners]) = found.as_ref().map(|t| t.dims()) else {
+            return Ok(None);
+        };
+        match learners == stage.learners.len() {
+            true => Ok(found.map(|t| t.squeeze_dim(0))),
+            false => Err(damaged(&name)),
+        }
+    };
+    let pseudo_patterns = match (pattern("output")?, pattern("gradient")?) {
+        (Some(output), Some(gradient)) if output.dims() == gradient.dims() => {
+            Some(PseudoPatterns { output, gradient })
+        }
+        (None, None) => None,
+        _ => return Err(damaged("patterns")),
+    };
     Ok(Checkpoint {
         nets: layers("now")?,
         descent,
+        pseudo_patterns,
+        evaluations: numbers[4] as usize,
         best_nets: layers("best")?,
         best_validation: Some(numbers[2]).filter(|best| !best.is_nan()),
         best_step: numbers[1] as usize,

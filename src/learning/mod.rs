@@ -4,6 +4,7 @@ pub mod checkpoint;
 pub mod draw;
 mod lanes;
 pub mod lesson;
+pub mod line_search;
 pub mod mean_field;
 pub mod objective;
 pub mod optimiser;

@@ -2,7 +2,11 @@
 
 pub mod in_place;
 
-use super::recipe::{DescentConfig, Optimiser};
+use super::{
+    line_search::line_search,
+    recipe::{DescentConfig, Optimiser},
+};
+use crate::{detector::net::values, error::Result};
 use burn::{
     optim::{Adam, AdamConfig, AdamState, AdaptiveMomentumState, Optimizer},
     tensor::Tensor,
@@ -10,6 +14,11 @@ use burn::{
 
 /// Share of the last step that momentum descent keeps (Thrun 1998, 5.1.4).
 const MOMENTUM: f64 = 0.9;
+
+/// Farthest that one line may take all parameters together: a third of what networks of small random weights measure. From
+/// their plateau at the start, the lowest place along the first line is far off, where the units are saturated and there
+/// is no slope left to follow.
+const FARTHEST: f64 = 1.0;
 
 /// What a parameter remembers of its past gradients.
 #[derive(Debug, Clone)]
@@ -30,6 +39,13 @@ pub enum Memory {
         /// In units of the parameter.
         velocity: Tensor<3>,
     },
+    /// Where the last line ran, and from where.
+    ConjugateGradient {
+        /// Gradient at the start of the last line.
+        gradient: Tensor<3>,
+        /// The line's direction; zero where nothing better was found along it.
+        direction: Tensor<3>,
+    },
 }
 
 /// A rule for steps, and every parameter's memory.
@@ -40,6 +56,9 @@ pub struct Descent {
     pub steps: usize,
     /// One a parameter, in the order they are stepped; none before the first step.
     pub memory: Vec<Memory>,
+    /// How far the error would have fallen on the last line, had it been straight: the next search begins where its own
+    /// slope promises as much. 0: none yet.
+    pub promised: f64,
 }
 
 impl Descent {
@@ -51,10 +70,16 @@ impl Descent {
             adam,
             steps: 0,
             memory: Vec::new(),
+            promised: 0.0,
         }
     }
 
-    /// Moves all parameters one step down their gradients.
+    /// Forgets past gradients: what comes is another error, or has other parameters.
+    pub fn forget(&mut self) {
+        self.memory.clear();
+    }
+
+    /// Moves all parameters one step down their gradients, by a length that the configuration gives: Adam and momentum.
     pub fn step(
         &mut self,
         parameters: Vec<Tensor<3>>,
@@ -86,14 +111,6 @@ impl Descent {
         rate: f64,
     ) -> (Tensor<3>, Memory) {
         match (self.config.optimiser, memory) {
-            (Optimiser::Momentum, Some(Memory::Momentum { velocity })) => {
-                let velocity = velocity.mul_scalar(MOMENTUM) - gradient.mul_scalar(rate);
-                (w + velocity.clone(), Memory::Momentum { velocity })
-            }
-            (Optimiser::Momentum, _) => {
-                let velocity = gradient.mul_scalar(-rate);
-                (w + velocity.clone(), Memory::Momentum { velocity })
-            }
             (Optimiser::Adam, memory) => {
                 let state = match memory {
                     Some(Memory::Adam { first, second }) => Some(AdamState::new(
@@ -109,6 +126,110 @@ impl Descent {
                 };
                 (w, Memory::Adam { first, second })
             }
+            (_, Some(Memory::Momentum { velocity })) => {
+                let velocity = velocity.mul_scalar(MOMENTUM) - gradient.mul_scalar(rate);
+                (w + velocity.clone(), Memory::Momentum { velocity })
+            }
+            (_, _) => {
+                let velocity = gradient.mul_scalar(-rate);
+                (w + velocity.clone(), Memory::Momentum { velocity })
+            }
         }
     }
+
+    /// Moves all parameters to the lowest place that is found along a direction conjugate to the last one, by Polak and
+    /// Ribière's rule: with γ the gradient and δ the direction, δ ← −γ + β δ, β = γ·(γ − γ_last) / γ_last·γ_last, and no
+    /// less than 0, so that a search that has lost its way starts again straight down.
+    ///
+    /// `error` is the error at the parameters, `error_at` that at others. Where nothing lower is found, they stay.
+    ///
+    /// # Errors
+    /// Where `error_at` has one, or the device does not give its data back.
+    pub fn step_along_a_line(
+        &mut self,
+        parameters: &[Tensor<3>],
+        gradients: &[Tensor<3>],
+        error: f64,
+        error_at: &mut dyn FnMut(Vec<Tensor<3>>) -> Result<f64>,
+    ) -> Result<Vec<Tensor<3>>> {
+        let squares = dot(gradients, gradients)?;
+        let mut direction: Vec<Tensor<3>> = gradients.iter().map(|g| g.clone().neg()).collect();
+        let mut slope = -squares;
+        let (last_gradient, last_direction) = self.last_line();
+        if !last_gradient.is_empty() {
+            let last_squares = dot(&last_gradient, &last_gradient)?;
+            let change = squares - dot(gradients, &last_gradient)?;
+            let beta = match last_squares > 0.0 {
+                true => (change / last_squares).max(0.0),
+                false => 0.0,
+            };
+            let conjugate: Vec<Tensor<3>> = direction
+                .iter()
+                .zip(last_direction)
+                .map(|(down, last)| down.clone() + last.mul_scalar(beta))
+                .collect();
+            let along = dot(gradients, &conjugate)?;
+            if along < 0.0 {
+                (direction, slope) = (conjugate, along);
+            }
+        }
+        let moved = |length: f64| -> Vec<Tensor<3>> {
+            let both = parameters.iter().zip(&direction);
+            both.map(|(w, d)| w.clone() + d.clone().mul_scalar(length))
+                .collect()
+        };
+        let first = match self.promised > 0.0 {
+            true => self.promised / -slope,
+            false => self.config.learning_rate,
+        };
+        let longest = FARTHEST / dot(&direction, &direction)?.sqrt();
+        let found = match slope < 0.0 {
+            true => line_search(error, slope, first, longest, |length| {
+                error_at(moved(length))
+            })?,
+            false => None, // the gradient is zero
+        };
+        let next = match found {
+            Some(length) => {
+                self.promised = -slope * length;
+                moved(length)
+            }
+            None => parameters.to_vec(),
+        };
+        let remembered = gradients.iter().zip(direction);
+        self.memory = remembered
+            .map(|(gradient, direction)| Memory::ConjugateGradient {
+                gradient: gradient.clone(),
+                direction: match found {
+                    Some(_) => direction,
+                    None => direction.zeros_like(),
+                },
+            })
+            .collect();
+        self.steps += 1;
+        Ok(next)
+    }
+
+    /// Gradient and direction of the last line; nothing where there was none.
+    fn last_line(&self) -> (Vec<Tensor<3>>, Vec<Tensor<3>>) {
+        let lines = self.memory.iter().filter_map(|memory| match memory {
+            Memory::ConjugateGradient {
+                gradient,
+                direction,
+            } => Some((gradient.clone(), direction.clone())),
+            _ => None,
+        });
+        lines.unzip()
+    }
+}
+
+/// Σ a·b over all parameters, in f64 and in order.
+fn dot(a: &[Tensor<3>], b: &[Tensor<3>]) -> Result<f64> {
+    let mut sum = 0.0;
+    for (a, b) in a.iter().zip(b) {
+        let (a, b) = (values(a.clone())?, values(b.clone())?);
+        let products = a.iter().zip(&b).map(|(&a, &b)| f64::from(a) * f64::from(b));
+        sum += products.sum::<f64>();
+    }
+    Ok(sum)
 }

@@ -43,8 +43,16 @@ pub struct DescentConfig {
     pub objective: Objective,
     /// Rule for a step.
     pub optimiser: Optimiser,
-    /// Length of a step, on the objective divided by the prior error.
+    /// What the errors of the truths are put together to.
+    pub scale: Scale,
+    /// Length of a step down the gradient of that; with conjugate gradients, of the first that is tried.
     pub learning_rate: f64,
+    /// Steps on one evaluation of the objective, which gives the outputs targets g − ∂E/∂g that all of them then follow
+    /// by backpropagation (Thrun 1998, 4.4.2 item 3). 1: every step evaluates.
+    pub pseudo_pattern_steps: usize,
+    /// Learn one feature after another, each with those before it, which stay as they are (Thrun 1998, 4.4.2 item 1).
+    /// The steps are dealt evenly among them.
+    pub sequential: bool,
     /// How the length changes in the course of the steps.
     pub schedule: Schedule,
     /// Share of its length that every weight loses a step, times the learning rate.
@@ -79,6 +87,16 @@ pub enum Objective {
     Exact,
     /// The probabilities themselves as evidence; for any number of features.
     MeanField,
+}
+
+/// What the errors of the truths are put together to, and so what a length of steps is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scale {
+    /// Their mean as a share of the prior error: one rate for any number of snapshots and any uncertainty.
+    PriorShare,
+    /// Their sum in metres.
+    Sum,
 }
 
 /// How the length of a step changes in the course of a training.
@@ -215,6 +233,8 @@ pub enum Optimiser {
     Adam,
     /// Gradient descent with momentum 0.9 (Thrun 1998, 5.1.4).
     Momentum,
+    /// Conjugate gradients (Polak and Ribière's rule) with a line search, on all snapshots.
+    ConjugateGradient,
 }
 
 impl Default for Recipe {
@@ -242,7 +262,10 @@ impl Default for DescentConfig {
         Self {
             objective: Objective::MeanField,
             optimiser: Optimiser::Adam,
+            scale: Scale::PriorShare,
             learning_rate: 0.003,
+            pseudo_pattern_steps: 1,
+            sequential: false,
             schedule: Schedule::Cosine,
             weight_decay: 0.3,
             gradient_limit: 1.0,
@@ -270,7 +293,10 @@ impl Recipe {
             descent: DescentConfig {
                 objective: Objective::Exact,
                 optimiser: Optimiser::Momentum,
+                scale: Scale::Sum,
                 learning_rate: 1e-4,
+                pseudo_pattern_steps: 100,
+                sequential: false,
                 schedule: Schedule::Constant,
                 weight_decay: 0.0,
                 gradient_limit: 0.0,
@@ -378,6 +404,7 @@ impl Recipe {
         }
         let counts = [
             ("descent.steps", d.steps),
+            ("descent.pseudo_pattern_steps", d.pseudo_pattern_steps),
             ("descent.validate_every", d.validate_every),
             ("descent.patience", d.patience),
             ("descent.checkpoint_every", d.checkpoint_every),
@@ -385,6 +412,47 @@ impl Recipe {
         ];
         if let Some((key, value)) = counts.into_iter().find(|(_, value)| *value == 0) {
             return wrong(key, &value, "at least 1");
+        }
+        if d.scale == Scale::Sum && d.objective != Objective::Exact {
+            return wrong(
+                "descent.scale",
+                &"sum",
+                "prior_share, for the sum is one of the exact objective",
+            );
+        }
+        if d.sequential {
+            if d.objective != Objective::Exact || !self.network.trunk.is_empty() {
+                return wrong(
+                    "descent.sequential",
+                    &true,
+                    "descent.objective = \"exact\" and no network.trunk: features that learn one after another share nothing",
+                );
+            }
+            if d.steps < self.features {
+                return wrong(
+                    "descent.steps",
+                    &d.steps,
+                    &format!(
+                        "at least one for each of {} features in sequence",
+                        self.features
+                    ),
+                );
+            }
+        }
+        if d.optimiser == Optimiser::ConjugateGradient {
+            let forbidden = [
+                ("descent.weight_decay", d.weight_decay),
+                ("descent.gradient_limit", d.gradient_limit),
+                ("descent.queries", d.queries as f64),
+                ("augmentation.input_noise", a.input_noise),
+            ];
+            if let Some((key, value)) = forbidden.into_iter().find(|(_, value)| *value != 0.0) {
+                return wrong(
+                    key,
+                    &value,
+                    "0 with conjugate_gradient, which needs the same error at every step",
+                );
+            }
         }
         let unmodelled = self.map.unmodelled_probability;
         if !(0.0..1.0).contains(&unmodelled) {

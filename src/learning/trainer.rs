@@ -2,10 +2,9 @@
 
 use super::{
     checkpoint::{self, Checkpoint},
-    draw::Draw,
     lesson::Lesson,
     optimiser::Descent,
-    recipe::Recipe,
+    recipe::{Optimiser, Recipe},
 };
 use crate::{
     detector::net::{Nets, Weights, values},
@@ -13,13 +12,14 @@ use crate::{
     seed::Seed,
 };
 use burn::tensor::{Device, Tensor, TensorData};
-use ndarray::{Array2, ArrayView2, Axis};
-use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
+use ndarray::{Array2, ArrayView2};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
+use batch::{Batch, Noise};
+pub use pseudo_patterns::PseudoPatterns;
 pub use restarts::{remove_checkpoints, train, train_on};
+use stage::{Stage, of_features, put_features};
 
 /// What training says while it runs.
 #[derive(Debug, Clone, Copy)]
@@ -70,6 +70,8 @@ pub struct Trained {
     pub validation: Option<Score>,
     /// Steps taken.
     pub steps: usize,
+    /// Evaluations of the objective with its gradient on the way; looks at the validation part not counted.
+    pub evaluations: usize,
     /// Why it ended.
     pub stopped_by: StoppedBy,
 }
@@ -100,7 +102,8 @@ fn train_once(
         if step >= recipe.descent.steps {
             break StoppedBy::Steps;
         }
-        if trainer.now.best_validation.is_some()
+        if Stage::at(recipe, step).is_last
+            && trainer.now.best_validation.is_some()
             && step - trainer.now.best_step >= recipe.descent.patience
         {
             break StoppedBy::Validation;
@@ -122,14 +125,11 @@ pub struct Trainer<'a> {
     device: Device,
     /// The lesson's inputs on the device, `[snapshot, input]`.
     inputs: Tensor<2>,
-    /// Normally distributed numbers; every step reads on from another place. Drawing them anew would take longer than
-    /// all the rest of a step.
-    noise: Vec<f32>,
+    noise: Noise,
+    /// What the last step looked at; the next one of its series looks at the same.
+    batch: Option<Batch>,
     now: Checkpoint,
 }
-
-/// Numbers of noise kept.
-const NOISE: usize = 1 << 20;
 
 impl<'a> Trainer<'a> {
     /// Before the first step: networks of random weights, drawn from the recipe's seed.
@@ -142,15 +142,9 @@ impl<'a> Trainer<'a> {
         );
         let mut nets = Nets::new(&weights, device);
         nets.gain = recipe.network.gain;
-        let mut random = Seed(recipe.seed).stream("noise");
-        let noise = match recipe.augmentation.input_noise {
-            0.0 => Vec::new(),
-            _ => (0..NOISE)
-                .map(|_| StandardNormal.sample(&mut random))
-                .collect(),
-        };
         Self {
-            noise,
+            noise: Noise::new(recipe),
+            batch: None,
             recipe,
             lesson,
             inputs: tensor(lesson.inputs.view(), device),
@@ -164,103 +158,145 @@ impl<'a> Trainer<'a> {
         self.now.descent.steps
     }
 
-    /// One step of all networks on all training snapshots: forward, objective outside the tape, backward through the
-    /// networks, descent.
+    /// One step of the networks that learn now: forward, objective outside the tape, backward through the networks,
+    /// descent. Within a series of steps on pseudo-patterns, only the first evaluates the objective.
     ///
     /// # Errors
     /// Where the objective or its gradient is no longer a finite number.
     pub fn step(&mut self) -> Result<()> {
+        let (recipe, step) = (self.recipe, self.steps());
+        let stage = Stage::at(recipe, step);
+        let (place, first) = stage.place_in_series(recipe, step);
+        let batch = self.batch_of(&stage, first)?;
+
         let tracked = |t: &Tensor<3>| Tensor::from_inner(t.clone()).require_grad();
-        let mut nets = self.now.nets.clone();
+        let mut nets = of_features(&self.now.nets, stage.learners.clone());
         nets.weight = nets.weight.iter().map(tracked).collect();
         nets.bias = nets.bias.iter().map(tracked).collect();
-
-        let draw = match self.recipe.descent.queries {
-            0 => None,
-            _ => Some(Draw::new(self.recipe, self.lesson, self.steps())?),
-        };
-        let inputs = self.with_noise(match &draw {
-            Some(draw) => &draw.inputs,
-            None => &self.lesson.inputs,
-        });
-        let output = nets.forward(Tensor::from_inner(inputs)); // [snapshot, feature]
-        let activation = array(output.clone().inner())?;
-        let with_map = self.recipe.descent.map_in_objective;
-        let (e, gradient) = match &draw {
-            None => self.lesson.objective(activation.view(), with_map)?,
-            Some(draw) => {
-                let (truth, candidates) = activation.view().split_at(Axis(0), draw.truths);
-                let e = draw.task.evaluate(truth, candidates, with_map)?;
-                let gradient = [e.truth_gradient.view(), e.map_gradient.view()];
-                let gradient = ndarray::concatenate(Axis(0), &gradient);
-                (
-                    e,
-                    gradient.map_err(|e| Error::work(format!("gradient: {e}")))?,
-                )
+        let output = nets.forward(Tensor::from_inner(batch.inputs.clone())); // [snapshot, learner]
+        let answer = output.clone().inner();
+        // ∂E/∂g is known in closed form, so the tape only carries Σ g ∘ ∂E/∂g back through the networks.
+        let (error, slope) = match (&self.now.pseudo_patterns, place) {
+            (Some(patterns), 1..) => (
+                match recipe.descent.optimiser {
+                    Optimiser::ConjugateGradient => patterns.error(answer.clone())?,
+                    _ => f64::NAN, // nobody asks
+                },
+                patterns.residual(answer),
+            ),
+            _ => {
+                let e = batch.evaluate(recipe, self.lesson, array(answer.clone())?)?;
+                if !e.is_finite() {
+                    return Err(Error::work(format!(
+                        "the objective is no longer a number after {step} steps; expected a smaller descent.learning_rate"
+                    )));
+                }
+                self.now.evaluations += 1;
+                self.now.training = e.error_reduction;
+                let gradient = tensor(e.gradient.view(), &self.device);
+                let mut error = e.error;
+                if recipe.descent.pseudo_pattern_steps > 1 {
+                    let patterns = PseudoPatterns {
+                        output: answer.clone(),
+                        gradient: gradient.clone(),
+                    };
+                    if recipe.descent.optimiser == Optimiser::ConjugateGradient {
+                        self.now.descent.forget(); // conjugate directions are those of one error
+                        error = patterns.error(answer)?;
+                    }
+                    self.now.pseudo_patterns = Some(patterns);
+                }
+                (error, gradient)
             }
         };
-        if !e.posterior_error_m.is_finite() || gradient.iter().any(|g| !g.is_finite()) {
-            return Err(Error::work(format!(
-                "the objective is no longer a number after {} steps; expected a smaller descent.learning_rate",
-                self.steps()
-            )));
-        }
-        // No truth of a draw may have had anything to be mistaken for: such a step changes nothing but the weights' decay.
-        let prior_error_m = if e.prior_error_m > 0.0 {
-            e.prior_error_m
-        } else {
-            1.0
-        };
-        self.now.training = 1.0 - e.posterior_error_m / prior_error_m;
-        // ∂E/∂g is known in closed form, so the tape only carries Σ g ∘ ∂E/∂g back through the networks.
-        let scaled = gradient.mapv(|g| (g / prior_error_m) as f32);
-        let surrogate = (output * Tensor::from_inner(tensor(scaled.view(), &self.device))).sum();
+        let surrogate = (output * Tensor::from_inner(slope)).sum();
         let mut gradients = surrogate.backward();
         let mut take = |t: &Tensor<3>| {
             t.grad_remove(&mut gradients)
                 .ok_or_else(|| Error::work("a parameter of the networks got no gradient"))
         };
-        let parameters: Vec<Tensor<3>> = nets.weight.iter().chain(&nets.bias).cloned().collect();
-        let slopes = parameters
-            .iter()
-            .map(&mut take)
-            .collect::<Result<Vec<_>>>()?;
-        let slopes = limited(slopes, self.recipe.descent.gradient_limit)?;
-        let mut moved = self
-            .now
-            .descent
-            .step(parameters.into_iter().map(Tensor::inner).collect(), slopes);
-        self.now.nets.bias = moved.split_off(nets.weight.len());
-        self.now.nets.weight = moved;
+        let parameters = nets.weight.iter().chain(&nets.bias);
+        let slopes = parameters.map(&mut take).collect::<Result<Vec<_>>>()?;
+        let slopes = limited(slopes, recipe.descent.gradient_limit)?;
+        nets.weight = nets.weight.into_iter().map(Tensor::inner).collect();
+        nets.bias = nets.bias.into_iter().map(Tensor::inner).collect();
+        let moved = self.descend(&batch, nets, slopes, error)?;
+        put_features(&mut self.now.nets, stage.learners.clone(), moved);
+        self.batch = Some(batch);
+        if Stage::at(recipe, step + 1) != stage {
+            self.now.begin_stage();
+            self.batch = None;
+        }
         Ok(())
     }
 
-    /// Inputs with this step's noise: the same for the same seed and step, whatever happened before.
-    fn with_noise(&self, inputs: &Array2<f32>) -> Tensor<2> {
-        let deviation = self.recipe.augmentation.input_noise;
-        if deviation == 0.0 {
-            return tensor(inputs.view(), &self.device);
-        }
-        let mut random = Seed(self.recipe.seed).numbered_stream("input noise", self.steps() as u64);
-        let mut at = random.random_range(0..self.noise.len());
-        let mut noisy: Vec<f32> = inputs.iter().copied().collect();
-        let mut left = noisy.as_mut_slice();
-        while !left.is_empty() {
-            let (now, later) = left.split_at_mut(left.len().min(self.noise.len() - at));
-            for (x, noise) in now.iter_mut().zip(&self.noise[at..]) {
-                *x += deviation as f32 * noise;
+    /// The networks one step further down.
+    fn descend(
+        &mut self,
+        batch: &Batch,
+        nets: Nets,
+        slopes: Vec<Tensor<3>>,
+        error: f64,
+    ) -> Result<Nets> {
+        let parameters: Vec<Tensor<3>> = nets.weight.iter().chain(&nets.bias).cloned().collect();
+        let layers = nets.weight.len();
+        let with = |mut parameters: Vec<Tensor<3>>| Nets {
+            bias: parameters.split_off(layers),
+            weight: parameters,
+            ..nets.clone()
+        };
+        let now = &mut self.now;
+        let moved = match self.recipe.descent.optimiser {
+            Optimiser::Adam | Optimiser::Momentum => now.descent.step(parameters, slopes),
+            Optimiser::ConjugateGradient => {
+                let (patterns, evaluations) = (&now.pseudo_patterns, &mut now.evaluations);
+                let mut error_at = |parameters| {
+                    let output = with(parameters).forward(batch.inputs.clone());
+                    if let Some(patterns) = patterns {
+                        return patterns.error(output);
+                    }
+                    *evaluations += 1;
+                    let e = batch.evaluate(self.recipe, self.lesson, array(output)?)?;
+                    Ok(e.error)
+                };
+                now.descent
+                    .step_along_a_line(&parameters, &slopes, error, &mut error_at)?
             }
-            (left, at) = (later, 0);
-        }
-        let shape = [inputs.nrows(), inputs.ncols()];
-        Tensor::from_data(TensorData::new(noisy, shape), &self.device)
+        };
+        Ok(with(moved))
     }
 
-    /// The validation part under some networks, where there is one.
+    /// The batch of the series that began at step `first`: the last step's, or drawn (after a resumption, again).
+    fn batch_of(&mut self, stage: &Stage, first: usize) -> Result<Batch> {
+        // All training snapshots without noise stay the same from series to series.
+        let unchanging =
+            self.recipe.descent.queries == 0 && self.recipe.augmentation.input_noise == 0.0;
+        if let Some(batch) = self.batch.take()
+            && (batch.step == first || unchanging)
+        {
+            return Ok(batch);
+        }
+        let frozen = match stage.learners.start {
+            0 => None,
+            learned => Some(of_features(&self.now.nets, 0..learned)),
+        };
+        Batch::new(
+            self.recipe,
+            self.lesson,
+            &self.noise,
+            frozen.as_ref(),
+            first,
+            &self.device,
+        )
+    }
+
+    /// The validation part under some networks, where there is one; without those that do not learn yet.
     fn validate(&self, nets: &Nets) -> Result<Option<Score>> {
         let Some(exam) = &self.lesson.exam else {
             return Ok(None);
         };
+        let stage = Stage::at(self.recipe, self.steps());
+        let nets = of_features(nets, 0..stage.learners.end);
         let training = array(nets.forward(self.inputs.clone()))?;
         let truth = array(nets.forward(tensor(exam.inputs.view(), &self.device)))?;
         self.lesson
@@ -280,6 +316,7 @@ impl<'a> Trainer<'a> {
             activation,
             validation: self.validate(nets)?,
             steps: self.steps(),
+            evaluations: self.now.evaluations,
             stopped_by,
         })
     }
@@ -316,6 +353,9 @@ fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3>>> {
     Ok(slopes.into_iter().map(shorten).collect())
 }
 
+mod batch;
+mod pseudo_patterns;
 mod restarts;
+pub mod stage;
 #[cfg(test)]
 mod tests;

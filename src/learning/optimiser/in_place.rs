@@ -53,6 +53,7 @@ impl InPlace {
             Ok(match memory {
                 Memory::Adam { first, second } => [values(first.clone())?, values(second.clone())?],
                 Memory::Momentum { velocity } => [values(velocity.clone())?, Vec::new()],
+                Memory::ConjugateGradient { .. } => return Err(line_searched()),
             })
         };
         Ok(Self {
@@ -75,7 +76,8 @@ impl InPlace {
                     first: tensor(&memory[0]),
                     second: tensor(&memory[1]),
                 },
-                Optimiser::Momentum => Memory::Momentum {
+                // There is no memory of conjugate gradients here: no step of theirs was taken.
+                Optimiser::Momentum | Optimiser::ConjugateGradient => Memory::Momentum {
                     velocity: tensor(&memory[0]),
                 },
             }
@@ -90,7 +92,8 @@ impl InPlace {
     /// Moves all parameters one step down their gradients.
     ///
     /// # Errors
-    /// Where the gradient has another shape than the weights, or than those of earlier steps.
+    /// Where the gradient has another shape than the weights, or than those of earlier steps, or the rule is not Adam or
+    /// momentum.
     pub fn step(&mut self, weights: &mut Weights, gradient: &Weights) -> Result<()> {
         let parameters = parameters_mut(weights)?;
         let gradients = parameters_of(gradient)?;
@@ -115,6 +118,7 @@ impl InPlace {
             match self.config.optimiser {
                 Optimiser::Adam => adam(rate as f32, self.steps + 1, w, g, first, second),
                 Optimiser::Momentum => momentum(rate as f32, w, g, first),
+                Optimiser::ConjugateGradient => return Err(line_searched()),
             }
         }
         self.steps += 1;
@@ -142,6 +146,10 @@ fn momentum(rate: f32, w: &mut [f32], g: &[f32], velocity: &mut [f32]) {
         *velocity = *velocity * MOMENTUM as f32 - g * rate;
         *w += *velocity;
     }
+}
+
+fn line_searched() -> Error {
+    Error::work("descent: conjugate gradients search along a line; expected Adam or momentum")
 }
 
 const SCATTERED: &str = "descent: weights scattered in memory; expected them in row order";

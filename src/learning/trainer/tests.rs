@@ -5,13 +5,15 @@ use crate::{
     belief::Uncertainty,
     detector::net::NetConfig,
     geometry::Pose,
-    learning::recipe::{AugmentationConfig, DescentConfig, Objective, Optimiser},
+    learning::recipe::{AugmentationConfig, DescentConfig, Objective, Optimiser, Scale},
     recording::{
         Channel, Columns, Recording,
         split::{SplitConfig, Unit},
     },
 };
 use rand::RngExt;
+
+mod modes;
 
 /// Three runs along 20 m; eight readings that vary smoothly along it, with noise.
 fn recording() -> Recording {
@@ -54,6 +56,8 @@ fn recipe() -> Recipe {
     let thrun1998 = Recipe::thrun1998();
     let descent = DescentConfig {
         optimiser: Optimiser::Adam,
+        scale: Scale::PriorShare,
+        pseudo_pattern_steps: 1,
         learning_rate: 0.03,
         weight_decay: 0.01,
         map_in_objective: true,
