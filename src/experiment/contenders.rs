@@ -9,7 +9,7 @@ use crate::{
     detector::{Detector, input::Input, random_projection::RandomProjection},
     error::{Error, Result},
     geometry::Pose,
-    learning::{lesson::covered, trainer::Score},
+    learning::{lesson::covered, objective::MOST_FEATURES, trainer::Score},
     localiser::{SensorModel, features::FeatureModel},
     model::Model,
     recording::Recording,
@@ -114,8 +114,10 @@ impl<'a> Parts<'a> {
     /// Number of those who will take part.
     pub fn contenders(&self, model: &Model) -> usize {
         let input = &model.header.recipe.input;
-        let baselines = |school: &School| 3 + usize::from(moves_show(input, &school.recording));
-        2 + self.school.as_ref().map_or(0, baselines)
+        let narrow = usize::from(model.features() != WIDE_BITS);
+        let baselines =
+            |school: &School| 2 + narrow + usize::from(moves_show(input, &school.recording));
+        3 + self.school.as_ref().map_or(0, baselines)
     }
 
     /// Unseen snapshots at places that training saw.
@@ -236,25 +238,39 @@ pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
     let places = model.places();
     let config = &model.header.recipe.map;
     let cells = Neighbours::find(&places, grid.places(), &config.nearness)?;
-    let mut all = vec![{
-        let answers = model.detector().probabilities(parts.run)?;
-        let held_out = arena.judge(&answers, &model.map()?, false)?;
-        let sensor = FeatureModel::new(&answers, model.map()?.from_neighbours(&cells)?, *evidence);
-        Contender {
-            name: "learned",
-            title: format!("{} learned features", model.features()),
-            bandwidth: None,
-            bytes_per_place: Some(size_of::<f32>() * model.features()),
-            held_out,
-            sensor: Some(Box::new(sensor)),
-        }
-    }];
+    let n = model.features();
+    let answers = model.detector().probabilities(parts.run)?;
+    let bits = |features: &Array2<f32>| features.mapv(f32::round);
+    let map_of_bits = FeatureMap::new(
+        places.clone(),
+        bits(&model.activation).mapv(f64::from),
+        config.clone(),
+    )?;
+    let rounded = (bits(&answers), map_of_bits, Evidence::MeanField);
+    let mut all = vec![
+        arena.features(
+            "learned",
+            format!("{n} learned features"),
+            size_of::<f32>() * n,
+            &cells,
+            (answers, model.map()?, *evidence),
+        )?,
+        arena.features(
+            "learned_bits",
+            format!("{n} learned, as bits"),
+            n.div_ceil(8),
+            &cells,
+            rounded,
+        )?,
+    ];
     if let Some(school) = &parts.school {
         all.extend(kernels(arena, school, &cells)?);
-        let narrow = (model.features(), *evidence, "random_bits");
-        for (bits, evidence, name) in [narrow, (WIDE_BITS, Evidence::MeanField, "random_bits_64")] {
-            all.push(arena.random_bits(school, &cells, config, (bits, evidence, name))?);
+        if n != WIDE_BITS {
+            let evidence = if n > MOST_FEATURES { Evidence::MeanField } else { *evidence };
+            all.push(arena.random_bits(school, &cells, config, (n, evidence, "random_bits"))?);
         }
+        let wide = (WIDE_BITS, Evidence::MeanField, "random_bits_64");
+        all.push(arena.random_bits(school, &cells, config, wide)?);
     }
     all.push(Contender {
         name: "odometry_only",
@@ -286,33 +302,53 @@ impl Arena<'_> {
             .select(Axis(0), &school.training);
         let map = FeatureMap::new(self.model.places(), of_school.mapv(f64::from), map.clone())?;
         let answers = detector.probabilities(self.parts.run)?;
-        let held_out = self.judge(&answers, &map, evidence == Evidence::MeanField)?;
+        self.features(
+            name,
+            format!("{bits} random bits"),
+            bits.div_ceil(8),
+            cells,
+            (answers, map, evidence),
+        )
+    }
+
+    /// A contender who answers by features: what they are on the run, their map, and how they are held against it.
+    fn features(
+        &self,
+        name: &'static str,
+        title: String,
+        bytes_per_place: usize,
+        cells: &Neighbours,
+        (answers, map, evidence): (Array2<f32>, FeatureMap, Evidence),
+    ) -> Result<Contender> {
+        let held_out = self.judge(&answers, &map, evidence)?;
         let sensor = FeatureModel::new(&answers, map.from_neighbours(cells)?, evidence);
         Ok(Contender {
             name,
-            title: format!("{bits} random bits"),
+            title,
             bandwidth: None,
-            bytes_per_place: Some(bits.div_ceil(8)),
+            bytes_per_place: Some(bytes_per_place),
             held_out,
             sensor: Some(Box::new(sensor)),
         })
     }
 
-    /// Single-snapshot error reductions of features under every prior asked for.
-    fn judge(&self, answers: &Array2<f32>, map: &FeatureMap, wide: bool) -> Result<Vec<Score>> {
+    /// Single-snapshot error reductions of features under every prior asked for: by mean field where that is the evidence,
+    /// else by the exact objective.
+    fn judge(
+        &self,
+        answers: &Array2<f32>,
+        map: &FeatureMap,
+        evidence: Evidence,
+    ) -> Result<Vec<Score>> {
         let candidates = self.model.places();
         let at_candidates = map.at(&candidates)?;
         self.on_counted(|prior, truths| {
             let seen = answers.select(Axis(0), truths).mapv(f64::from);
             let truths = self.parts.places.select(truths);
-            if wide {
-                Ok(held_out::by_bits(
-                    prior,
-                    (&truths, seen.view()),
-                    (&candidates, &at_candidates),
-                ))
-            } else {
-                held_out::by_features(prior, (&truths, seen.view()), (&candidates, &at_candidates))
+            let (truths, map) = ((&truths, seen.view()), (&candidates, &at_candidates));
+            match evidence {
+                Evidence::MeanField => Ok(held_out::by_mean_field(prior, truths, map)),
+                _ => held_out::by_features(prior, truths, map),
             }
         })
     }

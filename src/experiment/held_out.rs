@@ -101,8 +101,8 @@ pub fn by_likelihood(
     }
 }
 
-/// Error reduction by bits that are taken as certain, of any number: mean field, exact where every answer is 0 or 1.
-pub fn by_bits(
+/// Error reduction by features of any number, by mean field: exact where every answer is 0 or 1.
+pub fn by_mean_field(
     uncertainty: Uncertainty,
     (truths, answers): (&Places, ArrayView2<f64>),
     (candidates, map): (&Places, &GridMap),
@@ -237,7 +237,7 @@ mod tests {
             let bits = g.mapv(|g| if g > 0.5 { 1.0 } else { 0.0 });
             let map = GridMap::new(g.mapv(|g| 0.01 + 0.98 * g)).unwrap();
             let exact = by_features(uncertainty, (&places, bits.view()), (&places, &map)).unwrap();
-            let mean_field = by_bits(uncertainty, (&places, bits.view()), (&places, &map));
+            let mean_field = by_mean_field(uncertainty, (&places, bits.view()), (&places, &map));
             assert!(
                 (exact.posterior_error_m - mean_field.posterior_error_m).abs() < 1e-9,
                 "{exact:?} {mean_field:?}"

@@ -74,6 +74,7 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     ];
     for contender in [
         &told,
+        &told["learned_bits"],
         &told["kernel"],
         &told["kernel_views"],
         &told["random_bits"],
@@ -98,6 +99,7 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     // 24 sonars, one reading each: a float a reading, in 25 views; bits; no map.
     for (contender, bytes) in [
         (&told, serde_json::json!(8)),
+        (&told["learned_bits"], serde_json::json!(1)),
         (&told["kernel"], serde_json::json!(96)),
         (&told["kernel_views"], serde_json::json!(2400)),
         (&told["random_bits"], serde_json::json!(1)),
