@@ -1,6 +1,6 @@
 //! `ballmark localise`: global localisation and position tracking on runs that training never saw.
 
-use super::{Outcome, config::Experiment, print, progress::Progress, warn};
+use super::{Outcome, config::Experiment, print, progress::Progress, train::read_all, warn};
 use crate::{
     belief::Evidence,
     error::{Error, Result},
@@ -34,9 +34,10 @@ pub struct Arguments {
     /// Dataset to localise in.
     #[arg(value_name = "D.npz")]
     dataset: PathBuf,
-    /// The dataset that the model was trained on, where that is another one: the baselines need it.
-    #[arg(long, value_name = "T.npz")]
-    trained_on: Option<PathBuf>,
+    /// The dataset that the model was trained on, where that is another one (several in the order of the training): the
+    /// baselines need it.
+    #[arg(long, value_name = "T.npz", num_args = 1..)]
+    trained_on: Vec<PathBuf>,
     /// Folder for the curves (CSV) and their pictures (SVG).
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -68,7 +69,10 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     }
     let model = Model::read(&arguments.model)?;
     let recording = npz::read(&arguments.dataset)?;
-    let trained_on = arguments.trained_on.as_deref().map(npz::read).transpose()?;
+    let trained_on = match arguments.trained_on.as_slice() {
+        [] => None,
+        datasets => Some(read_all(datasets)?),
+    };
     let in_dataset = |e: Error| {
         if e.is_usage() {
             e

@@ -24,9 +24,10 @@ use std::{
   ballmark train datasets/corridor-small.npz -o corridor.safetensors \\
     --uncertainty 2m --features 2 --steps 100")]
 pub struct Arguments {
-    /// Dataset to learn from, as `ballmark import` writes it.
-    #[arg(value_name = "D.npz")]
-    dataset: PathBuf,
+    /// Dataset to learn from, as `ballmark import` writes it; several of one building, in one frame of reference and of the
+    /// same sensors, count as one.
+    #[arg(value_name = "D.npz", required = true)]
+    datasets: Vec<PathBuf>,
     /// Where the model goes: a name ending in .safetensors or .npz.
     #[arg(short, long, value_name = "M.safetensors")]
     output: PathBuf,
@@ -73,7 +74,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     recipe.check()?;
     Model::check_name(&arguments.output)?;
     let device = arguments.device.open()?;
-    let recording = npz::read(&arguments.dataset)?;
+    let recording = read_all(&arguments.datasets)?;
     let started = Instant::now();
     let learned = learn(
         &recipe,
@@ -88,7 +89,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         if e.is_io() || e.is_usage() || e.is_input() {
             e
         } else {
-            e.in_file(&arguments.dataset)
+            e.in_file(&arguments.datasets[0]) // one at least: clap sees to it
         }
     })?;
     let seconds = started.elapsed().as_secs_f64();
@@ -107,6 +108,16 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         learned.table(&arguments.output, seconds).text()
     })?;
     Ok(Outcome::Done)
+}
+
+/// Some datasets as one recording.
+pub(super) fn read_all(datasets: &[PathBuf]) -> Result<Recording> {
+    let read = |path: &PathBuf| npz::read(path);
+    let recordings = datasets.iter().map(read).collect::<Result<Vec<_>>>()?;
+    Recording::joined(recordings).map_err(|e| match datasets.first() {
+        Some(path) => e.in_file(path),
+        None => e,
+    })
 }
 
 /// A model and how its training went.

@@ -266,7 +266,11 @@ pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
     if let Some(school) = &parts.school {
         all.extend(kernels(arena, school, &cells)?);
         if n != WIDE_BITS {
-            let evidence = if n > MOST_FEATURES { Evidence::MeanField } else { *evidence };
+            let evidence = if n > MOST_FEATURES {
+                Evidence::MeanField
+            } else {
+                *evidence
+            };
             all.push(arena.random_bits(school, &cells, config, (n, evidence, "random_bits"))?);
         }
         let wide = (WIDE_BITS, Evidence::MeanField, "random_bits_64");

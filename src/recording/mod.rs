@@ -4,6 +4,7 @@ pub mod account;
 pub mod carmen;
 pub mod compressed;
 pub mod csv;
+mod joined;
 pub mod log;
 pub mod npz;
 pub mod ranges;

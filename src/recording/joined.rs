@@ -1,0 +1,174 @@
+//! Several recordings of the same building as one: more runs to learn from.
+
+use super::{Channel, Columns, Recording};
+use crate::{
+    error::{Error, Result},
+    storage,
+};
+use ndarray::{Axis, concatenate};
+
+impl Recording {
+    /// The runs of several recordings, one recording after the other, in one frame of reference. Runs are counted on, so
+    /// none is taken for a part of another. The dataset's checksum becomes that of the parts' checksums.
+    ///
+    /// # Errors
+    /// Where none is given, or their channels differ (but for the maximum, of which the greatest holds), or only some have a
+    /// compass or lie along a route; the message names the recording, counted from 1.
+    ///
+    /// ```
+    /// use ballmark::{recording::Recording, seed::Seed, world::corridor};
+    /// let config = corridor::CorridorConfig { runs: 2, ..Default::default() };
+    /// let (monday, tuesday) = (corridor::thrun1998(Seed(1), &config)?, corridor::thrun1998(Seed(2), &config)?);
+    /// let both = Recording::joined(vec![monday.clone(), tuesday])?;
+    /// assert_eq!(both.runs().len(), 4);
+    /// assert_eq!(both.poses()[0], monday.poses()[0]);
+    /// # Ok::<(), ballmark::Error>(())
+    /// ```
+    pub fn joined(recordings: Vec<Recording>) -> Result<Recording> {
+        let mut all = recordings.into_iter().map(Recording::into_columns);
+        let Some(mut joined) = all.next() else {
+            return Err(Error::work("no recording to join; expected at least one"));
+        };
+        let mut parts = vec![joined.dataset_sha256.clone()];
+        for (i, next) in all.enumerate() {
+            check(&joined, &next).map_err(|fault| {
+                Error::work(format!(
+                    "recording {} of those to be joined: {fault}",
+                    i + 2
+                ))
+            })?;
+            parts.push(next.dataset_sha256.clone());
+            append(&mut joined, next)?;
+        }
+        if parts.len() > 1 {
+            let parts: Option<Vec<String>> = parts.into_iter().collect();
+            joined.dataset_sha256 = parts.map(|parts| storage::sha256(parts.concat().as_bytes()));
+            joined.source_sha256 = None;
+        }
+        Recording::new(joined)
+    }
+}
+
+/// What keeps two recordings from being joined.
+fn check(first: &Columns, next: &Columns) -> std::result::Result<(), String> {
+    let but_maximum = |channels: &[Channel]| -> Vec<Channel> {
+        let without = |c: &Channel| Channel {
+            maximum: None,
+            ..c.clone()
+        };
+        channels.iter().map(without).collect()
+    };
+    let told = |channels: &[Channel]| {
+        let each = channels
+            .iter()
+            .map(|c| format!("`{}` ({} values in {})", c.name, c.width, c.unit));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    if but_maximum(&first.channels) != but_maximum(&next.channels) {
+        return Err(format!(
+            "its channels are {}; expected those of the first, {}, with the same bearings",
+            told(&next.channels),
+            told(&first.channels)
+        ));
+    }
+    for (what, first, next) in [
+        (
+            "a compass",
+            first.compass_rad.is_some(),
+            next.compass_rad.is_some(),
+        ),
+        ("a route", first.route_m.is_some(), next.route_m.is_some()),
+    ] {
+        if first != next {
+            return Err(format!(
+                "{what} in some of them only; expected it in all or in none"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn append(joined: &mut Columns, next: Columns) -> Result<()> {
+    joined.values = concatenate(Axis(0), &[joined.values.view(), next.values.view()])
+        .map_err(|e| Error::work(format!("values to be joined: {e}")))?;
+    for (channel, other) in joined.channels.iter_mut().zip(&next.channels) {
+        channel.maximum = match (channel.maximum, other.maximum) {
+            (Some(a), Some(b)) => Some(a.max(b)),
+            (a, b) => a.or(b),
+        };
+    }
+    let greatest = joined.run.iter().max().copied().unwrap_or(0);
+    let least = next.run.iter().min().copied().unwrap_or(0);
+    let on = |run: &i64| {
+        run.wrapping_sub(least)
+            .wrapping_add(greatest)
+            .wrapping_add(1)
+    };
+    joined.run.extend(next.run.iter().map(on));
+    joined.stamp_s.extend(next.stamp_s);
+    joined.pose.extend(next.pose);
+    joined.odometry.extend(next.odometry);
+    for (mine, theirs) in [
+        (&mut joined.compass_rad, next.compass_rad),
+        (&mut joined.route_m, next.route_m),
+    ] {
+        if let (Some(mine), Some(theirs)) = (mine, theirs) {
+            mine.extend(theirs);
+        }
+    }
+    let sources = [joined.source.take(), next.source];
+    let sources: Vec<String> = sources.into_iter().flatten().collect();
+    joined.source = (!sources.is_empty()).then(|| sources.join(", "));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{seed::Seed, world::corridor};
+
+    fn recording(seed: u64) -> Recording {
+        let config = corridor::CorridorConfig {
+            runs: 2,
+            spacing_m: 2.0,
+            ..Default::default()
+        };
+        corridor::thrun1998(Seed(seed), &config).unwrap()
+    }
+
+    #[test]
+    fn nothing_is_lost_and_no_run_runs_into_another() {
+        let (a, b) = (recording(1), recording(2));
+        let both = Recording::joined(vec![a.clone(), b.clone(), a.clone()]).unwrap();
+        assert_eq!(both.len(), 2 * a.len() + b.len());
+        assert_eq!(both.runs().len(), 6);
+        assert_eq!(both.snapshot(a.len()).pose, b.snapshot(0).pose);
+        assert_eq!(
+            both.route_m().unwrap()[a.len() + 3],
+            b.route_m().unwrap()[3]
+        );
+        let alone = Recording::joined(vec![a.clone()]).unwrap();
+        let bits = |r: &Recording| r.values().mapv(f32::to_bits); // NaN is not NaN's equal
+        assert_eq!(bits(&alone), bits(&a));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_named() {
+        let told = |change: &dyn Fn(&mut Columns)| {
+            let mut columns = recording(2).into_columns();
+            change(&mut columns);
+            let other = Recording::new(columns).unwrap();
+            Recording::joined(vec![recording(1), other])
+                .unwrap_err()
+                .to_string()
+        };
+        let route = told(&|c| c.route_m = None);
+        assert!(
+            route.contains("recording 2") && route.contains("a route in some"),
+            "{route}"
+        );
+        let channel = told(&|c| c.channels[0].name = "other".into());
+        assert!(channel.contains("`other`") && channel.contains("expected those of the first"));
+        assert!(Recording::joined(Vec::new()).is_err());
+    }
+}
