@@ -20,7 +20,8 @@ use std::path::Path;
 use batch::{Batch, Noise};
 pub use pseudo_patterns::PseudoPatterns;
 pub use restarts::{remove_checkpoints, train, train_on};
-use stage::{Stage, of_features, put_features};
+use stage::put_features;
+pub use stage::{Stage, of_features};
 
 /// What training says while it runs.
 #[derive(Debug, Clone, Copy)]
@@ -377,6 +378,6 @@ fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3>>> {
 mod batch;
 mod pseudo_patterns;
 mod restarts;
-pub mod stage;
+mod stage;
 #[cfg(test)]
 mod tests;
