@@ -247,7 +247,7 @@ mod tests {
             learning_rate: 1e-3,
             ..DescentConfig::default()
         });
-        let mut at = vec![Tensor::<3>::from_data([[[0.9, 0.1]]], &device)];
+        let mut at = vec![Tensor::<3>::from_data([[[0.9, 0.009]]], &device)];
         for _ in 0..4 {
             let gradient = at[0].clone() * steepness.clone();
             let before = error(&at[0]).unwrap();
