@@ -3,10 +3,7 @@
 use super::{
     optimiser::{Descent, Memory},
     recipe::{Optimiser, Recipe},
-    trainer::{
-        Progress, PseudoPatterns,
-        stage::{Stage, of_features},
-    },
+    trainer::{Progress, PseudoPatterns, Stage, of_features},
 };
 use crate::{
     detector::net::{Nets, values},

@@ -22,10 +22,6 @@ const FARTHEST: f64 = 1.0;
 
 /// What a parameter remembers of its past gradients.
 #[derive(Debug, Clone)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a handful of them exist, all of the same variant"
-)]
 pub enum Memory {
     /// First and second moment.
     Adam {
@@ -232,4 +228,37 @@ fn dot(a: &[Tensor<3>], b: &[Tensor<3>]) -> Result<f64> {
         sum += products.sum::<f64>();
     }
     Ok(sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use burn::tensor::Device;
+
+    /// A narrow valley, ½ (x² + 100 y²): straight down it takes a hundred lines, in conjugate directions two.
+    #[test]
+    fn conjugate_directions_cross_a_narrow_valley_at_once() {
+        let device = Device::flex();
+        let steepness = Tensor::<3>::from_data([[[1.0, 100.0]]], &device);
+        let error = |at: &Tensor<3>| -> Result<f64> {
+            let squares = at.clone() * at.clone() * steepness.clone();
+            Ok(0.5 * values(squares)?.iter().map(|&x| f64::from(x)).sum::<f64>())
+        };
+        let mut descent = Descent::new(&DescentConfig {
+            optimiser: Optimiser::ConjugateGradient,
+            learning_rate: 1e-3,
+            ..DescentConfig::default()
+        });
+        let mut at = vec![Tensor::<3>::from_data([[[0.9, 0.009]]], &device)];
+        for _ in 0..4 {
+            let gradient = at[0].clone() * steepness.clone();
+            let before = error(&at[0]).unwrap();
+            at = descent
+                .step_along_a_line(&at, &[gradient], before, &mut |at| error(&at[0]))
+                .unwrap();
+            assert!(error(&at[0]).unwrap() <= before);
+        }
+        let left = error(&at[0]).unwrap();
+        assert!(left < 1e-4, "{left}");
+    }
 }

@@ -4,10 +4,12 @@ use crate::{
     belief::{MapConfig, Uncertainty},
     detector::{input::InputConfig, net::NetConfig},
     error::{Error, Result},
-    learning::{mean_field, objective},
     recording::split::SplitConfig,
 };
 use serde::{Deserialize, Serialize};
+
+mod check;
+mod thrun1998;
 
 /// Everything that decides a training besides the data. A model file keeps it whole.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -233,7 +235,9 @@ pub enum Optimiser {
     Adam,
     /// Gradient descent with momentum 0.9 (Thrun 1998, 5.1.4).
     Momentum,
-    /// Conjugate gradients (Polak and Ribière's rule) with a line search, on all snapshots.
+    /// Conjugate gradients with a line search, on all snapshots. Thrun (1998, 5.1.4) used "a version of" them without
+    /// saying which; this is Polak and Ribière's, which finds its way again where the error is far from a parabola.
+    /// `weight_decay`, `gradient_limit` and input noise must be 0.
     ConjugateGradient,
 }
 
@@ -279,191 +283,5 @@ impl Default for DescentConfig {
             leave_run_out: false,
             restarts: 1,
         }
-    }
-}
-
-impl Recipe {
-    /// What `--recipe thrun1998` stands for: the networks and the descent of Thrun (1998), 5.1.4 and Table 2. Six hidden
-    /// sigmoid units a network, nothing shared; the printed objective (eq. 42) over all snapshots with the stated
-    /// uncertainty, no map in it; gradient descent of rate 1e-4 with momentum 0.9 and nothing else done to weights or
-    /// inputs.
-    pub fn thrun1998() -> Self {
-        Self {
-            network: NetConfig::thrun1998(),
-            descent: DescentConfig {
-                objective: Objective::Exact,
-                optimiser: Optimiser::Momentum,
-                scale: Scale::Sum,
-                learning_rate: 1e-4,
-                pseudo_pattern_steps: 100,
-                sequential: false,
-                schedule: Schedule::Constant,
-                weight_decay: 0.0,
-                gradient_limit: 0.0,
-                steps: 10_000,
-                queries: 0,
-                places: 0,
-                patience: 10_000,
-                map_in_objective: false,
-                ..DescentConfig::default()
-            },
-            augmentation: AugmentationConfig {
-                input_noise: 0.0,
-                shift_m: 0.0,
-                turn_rad: 0.0,
-                dropped_beams: 0.0,
-            },
-            priors: PriorMix {
-                stated: 1.0,
-                ..PriorMix::default()
-            },
-            ..Self::default()
-        }
-    }
-
-    /// Checks everything once; what passes can be trained.
-    ///
-    /// # Errors
-    /// Where a value makes no sense; the message names the key and what was expected.
-    pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, value: &dyn std::fmt::Display, expected: &str| {
-            Err(Error::usage(format!(
-                "{key} = {value}: expected {expected}"
-            )))
-        };
-        let d = &self.descent;
-        let (most, why) = match d.objective {
-            Objective::Exact => (objective::MOST_FEATURES, "2^n outcomes are summed exactly"),
-            Objective::MeanField => (mean_field::MOST_FEATURES, "the mean-field objective"),
-        };
-        if self.features == 0 || self.features > most {
-            return wrong("features", &self.features, &format!("1 to {most} ({why})"));
-        }
-        if !(d.learning_rate.is_finite() && d.learning_rate > 0.0) {
-            return wrong(
-                "descent.learning_rate",
-                &d.learning_rate,
-                "a positive number",
-            );
-        }
-        if !(0.0..1.0).contains(&(d.weight_decay * d.learning_rate)) {
-            return wrong(
-                "descent.weight_decay",
-                &d.weight_decay,
-                "0 or more, and less than 1/learning_rate",
-            );
-        }
-        let a = &self.augmentation;
-        let lengths = [
-            ("augmentation.input_noise", a.input_noise),
-            ("augmentation.shift_m", a.shift_m),
-            ("augmentation.turn_rad", a.turn_rad),
-            ("descent.gradient_limit", d.gradient_limit),
-        ];
-        let fits = |length: &f64| length.is_finite() && *length >= 0.0;
-        if let Some((key, value)) = lengths.into_iter().find(|(_, value)| !fits(value)) {
-            return wrong(key, &value, "0 or more");
-        }
-        let p = &self.priors;
-        let shares = [
-            ("augmentation.dropped_beams", a.dropped_beams),
-            ("priors.stated", p.stated),
-            ("priors.global", p.global),
-        ];
-        let fits = |share: &f64| (0.0..=1.0).contains(share);
-        if let Some((key, value)) = shares.into_iter().find(|(_, value)| !fits(value)) {
-            return wrong(key, &value, "0 to 1");
-        }
-        if !(p.narrowest_m > 0.0 && p.narrowest_m <= p.widest_m && p.widest_m.is_finite()) {
-            return wrong(
-                "priors.narrowest_m",
-                &p.narrowest_m,
-                "a positive number, no more than priors.widest_m",
-            );
-        }
-        if d.objective == Objective::Exact && p.stated < 1.0 {
-            return wrong(
-                "priors.stated",
-                &p.stated,
-                "1 with the exact objective, which knows one prior for all truths",
-            );
-        }
-        if d.queries == 0
-            && (d.places > 0
-                || d.leave_run_out
-                || a.shift_m > 0.0
-                || a.turn_rad > 0.0
-                || a.dropped_beams > 0.0)
-        {
-            return wrong(
-                "descent.queries",
-                &d.queries,
-                "at least 1 where truths are moved or blinded or candidates drawn (descent.places, descent.leave_run_out, \
-                 augmentation.shift_m, .turn_rad, .dropped_beams)",
-            );
-        }
-        let counts = [
-            ("descent.steps", d.steps),
-            ("descent.pseudo_pattern_steps", d.pseudo_pattern_steps),
-            ("descent.validate_every", d.validate_every),
-            ("descent.patience", d.patience),
-            ("descent.checkpoint_every", d.checkpoint_every),
-            ("descent.restarts", d.restarts),
-        ];
-        if let Some((key, value)) = counts.into_iter().find(|(_, value)| *value == 0) {
-            return wrong(key, &value, "at least 1");
-        }
-        if d.scale == Scale::Sum && d.objective != Objective::Exact {
-            return wrong(
-                "descent.scale",
-                &"sum",
-                "prior_share, for the sum is one of the exact objective",
-            );
-        }
-        if d.sequential {
-            if d.objective != Objective::Exact || !self.network.trunk.is_empty() {
-                return wrong(
-                    "descent.sequential",
-                    &true,
-                    "descent.objective = \"exact\" and no network.trunk: features that learn one after another share nothing",
-                );
-            }
-            if d.steps < self.features {
-                return wrong(
-                    "descent.steps",
-                    &d.steps,
-                    &format!(
-                        "at least one for each of {} features in sequence",
-                        self.features
-                    ),
-                );
-            }
-        }
-        if d.optimiser == Optimiser::ConjugateGradient {
-            let forbidden = [
-                ("descent.weight_decay", d.weight_decay),
-                ("descent.gradient_limit", d.gradient_limit),
-                ("descent.queries", d.queries as f64),
-                ("augmentation.input_noise", a.input_noise),
-            ];
-            if let Some((key, value)) = forbidden.into_iter().find(|(_, value)| *value != 0.0) {
-                return wrong(
-                    key,
-                    &value,
-                    "0 with conjugate_gradient, which needs the same error at every step",
-                );
-            }
-        }
-        let unmodelled = self.map.unmodelled_probability;
-        if !(0.0..1.0).contains(&unmodelled) {
-            return wrong(
-                "map.unmodelled_probability",
-                &unmodelled,
-                "0 or more, below 1",
-            );
-        }
-        self.input.check()?;
-        self.network.check()?;
-        self.split.check()
     }
 }

@@ -19,7 +19,8 @@ use std::path::Path;
 use batch::{Batch, Noise};
 pub use pseudo_patterns::PseudoPatterns;
 pub use restarts::{remove_checkpoints, train, train_on};
-use stage::{Stage, of_features, put_features};
+use stage::put_features;
+pub use stage::{Stage, of_features};
 
 /// What training says while it runs.
 #[derive(Debug, Clone, Copy)]
@@ -174,41 +175,8 @@ impl<'a> Trainer<'a> {
         nets.weight = nets.weight.iter().map(tracked).collect();
         nets.bias = nets.bias.iter().map(tracked).collect();
         let output = nets.forward(Tensor::from_inner(batch.inputs.clone())); // [snapshot, learner]
-        let answer = output.clone().inner();
-        // ∂E/∂g is known in closed form, so the tape only carries Σ g ∘ ∂E/∂g back through the networks.
-        let (error, slope) = match (&self.now.pseudo_patterns, place) {
-            (Some(patterns), 1..) => (
-                match recipe.descent.optimiser {
-                    Optimiser::ConjugateGradient => patterns.error(answer.clone())?,
-                    _ => f64::NAN, // nobody asks
-                },
-                patterns.residual(answer),
-            ),
-            _ => {
-                let e = batch.evaluate(recipe, self.lesson, array(answer.clone())?)?;
-                if !e.is_finite() {
-                    return Err(Error::work(format!(
-                        "the objective is no longer a number after {step} steps; expected a smaller descent.learning_rate"
-                    )));
-                }
-                self.now.evaluations += 1;
-                self.now.training = e.error_reduction;
-                let gradient = tensor(e.gradient.view(), &self.device);
-                let mut error = e.error;
-                if recipe.descent.pseudo_pattern_steps > 1 {
-                    let patterns = PseudoPatterns {
-                        output: answer.clone(),
-                        gradient: gradient.clone(),
-                    };
-                    if recipe.descent.optimiser == Optimiser::ConjugateGradient {
-                        self.now.descent.forget(); // conjugate directions are those of one error
-                        error = patterns.error(answer)?;
-                    }
-                    self.now.pseudo_patterns = Some(patterns);
-                }
-                (error, gradient)
-            }
-        };
+        // The slope is known in closed form, so the tape only carries Σ g ∘ slope back through the networks.
+        let (error, slope) = self.error_and_slope(&batch, output.clone().inner(), place)?;
         let surrogate = (output * Tensor::from_inner(slope)).sum();
         let mut gradients = surrogate.backward();
         let mut take = |t: &Tensor<3>| {
@@ -228,6 +196,47 @@ impl<'a> Trainer<'a> {
             self.batch = None;
         }
         Ok(())
+    }
+
+    /// What is descended where the networks answer `answer`, and its slope there, `[snapshot, learner]`: the objective
+    /// with ∂E/∂g at a series' first step, the squared error of its pseudo-patterns at the others.
+    fn error_and_slope(
+        &mut self,
+        batch: &Batch,
+        answer: Tensor<2>,
+        place: usize,
+    ) -> Result<(f64, Tensor<2>)> {
+        let searches = self.recipe.descent.optimiser == Optimiser::ConjugateGradient;
+        if let (Some(patterns), 1..) = (&self.now.pseudo_patterns, place) {
+            let error = match searches {
+                true => patterns.error(answer.clone())?,
+                false => f64::NAN, // nobody asks
+            };
+            return Ok((error, patterns.residual(answer)));
+        }
+        let e = batch.evaluate(self.recipe, self.lesson, array(answer.clone())?)?;
+        if !e.is_finite() {
+            return Err(Error::work(format!(
+                "the objective is no longer a number after {} steps; expected a smaller descent.learning_rate",
+                self.steps()
+            )));
+        }
+        self.now.evaluations += 1;
+        self.now.training = e.error_reduction;
+        let gradient = tensor(e.gradient.view(), &self.device);
+        if self.recipe.descent.pseudo_pattern_steps == 1 {
+            return Ok((e.error, gradient));
+        }
+        let patterns = PseudoPatterns {
+            output: answer.clone(),
+            gradient: gradient.clone(),
+        };
+        let error = patterns.error(answer)?;
+        if searches {
+            self.now.descent.forget(); // conjugate directions are those of one error
+        }
+        self.now.pseudo_patterns = Some(patterns);
+        Ok((error, gradient))
     }
 
     /// The networks one step further down.
@@ -356,6 +365,6 @@ fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3>>> {
 mod batch;
 mod pseudo_patterns;
 mod restarts;
-pub mod stage;
+mod stage;
 #[cfg(test)]
 mod tests;
