@@ -208,7 +208,7 @@ impl std::str::FromStr for Named {
 impl Default for PriorMix {
     fn default() -> Self {
         Self {
-            stated: 0.0,
+            stated: 1.0,
             global: 0.4,
             narrowest_m: 1.0,
             widest_m: 12.0,

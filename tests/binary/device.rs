@@ -7,7 +7,7 @@ use crate::{
 use ballmark::detector::device::DeviceChoice;
 
 fn train_on(place: &Workplace, device: &str) -> Answer {
-    let call = ["train", "toy.npz", "-o", "m.safetensors", "--steps", "40"];
+    let call = ["train", "toy.npz", "-o", "m.safetensors", "--steps", "200"];
     let more = ["--features", "2", "--json", "--device", device];
     place.ballmark(&[&call[..], &more].concat())
 }

@@ -49,7 +49,7 @@ fn bytes(place: &Workplace, name: &str) -> Vec<u8> {
 fn tells_its_errors_in_json_and_leaves_only_the_model() {
     let place = Workplace::new();
     toy(&place, true);
-    let more = ["--features", "2", "--steps", "60", "--json"];
+    let more = ["--features", "2", "--steps", "300", "--json"];
     let answer = train(&place, "m.safetensors", &more);
     answer.done();
     let told: serde_json::Value = serde_json::from_str(&answer.stdout).expect("one JSON object");
@@ -61,7 +61,7 @@ fn tells_its_errors_in_json_and_leaves_only_the_model() {
         assert!((reduction - (1.0 - posterior / prior)).abs() < 1e-12);
         assert!(reduction > 0.2, "{part}: {reduction}");
     }
-    assert_eq!(told["steps"], 60);
+    assert_eq!(told["steps"], 300);
     assert_eq!(told["stopped_by"], "steps");
     assert!(told["timing"]["seconds"].as_f64().is_some_and(|s| s > 0.0));
     assert_eq!(place.files(), ["m.safetensors", "toy.csv", "toy.npz"]);
@@ -74,7 +74,7 @@ fn trains_for_a_window_and_for_anywhere_on_a_route_and_in_the_plane() {
         toy(&place, with_route);
         for uncertainty in ["2m", "2m,any", "2m,0.3rad", "global"] {
             let more = ["--uncertainty", uncertainty, "--features", "2", "--json"];
-            let answer = train(&place, "m.npz", &[&more[..], &["--steps", "60"]].concat());
+            let answer = train(&place, "m.npz", &[&more[..], &["--steps", "300"]].concat());
             answer.done();
             let told: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
             let reduction = told["validation"]["error_reduction"].as_f64().unwrap();
@@ -255,7 +255,35 @@ fn a_configuration_at_fault_is_a_wrong_call_and_names_the_line() {
             &["c.toml: line 2: ", "`-1m`"],
         ),
         ("[train]\n\nfeatures == 2\n", &["c.toml: line 3: "]),
-        ("[train]\nfeatures = 13\n", &["features = 13", "1 to 12"]),
+        ("[train]\nfeatures = 257\n", &["features = 257", "1 to 256"]),
+        (
+            "recipe = \"thrun1998\"\n[train]\nfeatures = 13\n",
+            &["features = 13", "1 to 12"],
+        ),
+        (
+            "recipe = \"thrun1999\"\n",
+            &["c.toml: line 1: ", "`thrun1999`"],
+        ),
+        (
+            "[train.network]\ntrunk = [0]\n",
+            &["network.trunk", "0 units"],
+        ),
+        (
+            "[train.priors]\nstated = 1.5\n",
+            &["priors.stated = 1.5", "0 to 1"],
+        ),
+        (
+            "[train.augmentation]\nshift_m = -1.0\n",
+            &["augmentation.shift_m = -1"],
+        ),
+        (
+            "[train.descent]\nqueries = 0\n",
+            &["descent.queries = 0", "augmentation.shift_m"],
+        ),
+        (
+            "[train.descent]\nobjective = \"exact\"\n[train.priors]\nstated = 0.5\n",
+            &["priors.stated = 0.5", "exact objective"],
+        ),
         ("[train.descent]\nsteps = 0\n", &["descent.steps = 0"]),
         (
             "[train.descent]\nlearning_rate = nan\n",
