@@ -68,6 +68,8 @@ fn small_networks() -> Recipe {
     recipe
 }
 
+type Change = fn(&mut Recipe);
+
 /// Whole steps, by plain arrays or by tensors. `2m` and `global` are the step that the peers' scripts take; the others do
 /// more: noise on the inputs, the map in the objective, a hundred steps on one evaluation.
 fn steps(criterion: &mut Criterion, group: &str, by_tensors: bool) {
@@ -78,7 +80,7 @@ fn steps(criterion: &mut Criterion, group: &str, by_tensors: bool) {
         test: Vec::new(),
     };
     let plain = |_: &mut Recipe| ();
-    let cases: [(&str, &str, fn(&mut Recipe)); 5] = [
+    let cases: [(&str, &str, Change); 5] = [
         ("2m", "2m", plain),
         ("global", "global", plain),
         ("2m, noise", "2m", |r| r.augmentation.input_noise = 0.3),

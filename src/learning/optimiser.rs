@@ -22,10 +22,6 @@ const FARTHEST: f64 = 1.0;
 
 /// What a parameter remembers of its past gradients.
 #[derive(Debug, Clone)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "a handful of them exist, all of the same variant"
-)]
 pub enum Memory {
     /// First and second moment.
     Adam {

@@ -3,9 +3,11 @@
 use super::*;
 use crate::detector::net::Activation;
 
+type Change = fn(&mut Recipe);
+
 /// Recipes that the fast path takes, each with something of its own.
 fn taken() -> Vec<(&'static str, Recipe)> {
-    let with = |change: fn(&mut Recipe)| {
+    let with = |change: Change| {
         let mut recipe = recipe();
         change(&mut recipe);
         recipe
@@ -33,7 +35,7 @@ fn taken() -> Vec<(&'static str, Recipe)> {
             "mean field, two layers",
             with(|r| {
                 r.descent.objective = Objective::MeanField;
-                r.network.hidden = vec![8, 8];
+                r.network.hidden = vec![4, 2];
                 r.network.activation = Activation::Tanh;
                 r.features = 3;
                 r.uncertainty = "2m".parse().unwrap();
@@ -66,7 +68,7 @@ fn twenty_steps_end_where_tensors_end() {
         let layers = fast.unwrap().layers.into_iter().zip(slow.unwrap().layers);
         for ((fast, slow), start) in layers.zip(start.layers) {
             let all = largest(&slow.weight);
-            let (apart, moved) = (slow.weight - fast.weight, start.weight - fast.weight);
+            let (apart, moved) = (slow.weight - &fast.weight, start.weight - &fast.weight);
             let (apart, moved) = (largest(&apart), largest(&moved));
             assert!(
                 apart < 1e-4 * all && moved > 1e-2 * all,
@@ -123,7 +125,7 @@ fn many_snapshots_give_the_same_bits_on_any_number_of_threads() {
 #[test]
 fn what_only_tensors_do_is_left_to_them() {
     let recording = recording();
-    let changes: [(&str, fn(&mut Recipe)); 6] = [
+    let changes: [(&str, Change); 6] = [
         ("trunk", |r| {
             r.network.trunk = vec![4];
         }),
