@@ -170,7 +170,7 @@ fn networks(criterion: &mut Criterion) {
                     .forward(&weights, inputs.view(), noise, activation.view_mut())
                     .expect("networks of this shape");
                 stacked
-                    .backward(slope.view(), &mut gradient)
+                    .backward(inputs.view(), noise, slope.view(), &mut gradient)
                     .expect("the same inputs");
                 descent
                     .step(&mut weights, &gradient)

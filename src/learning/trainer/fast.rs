@@ -137,14 +137,16 @@ impl Fast {
         if self.activation.dim() != shape {
             self.activation = Array2::zeros(shape);
         }
-        let (noise, g) = (noise.of(recipe, first), self.activation.view_mut());
+        let noise = noise.of(recipe, first);
+        let g = self.activation.view_mut();
         self.stacked.forward(&self.weights, inputs, noise, g)?;
         let g = self.activation.view();
         let evaluated = match &self.patterns {
             Some(patterns) if place > 0 => {
                 patterns.residual(g, &mut self.residual);
                 let slope = self.residual.view();
-                self.stacked.backward(slope, &mut self.gradient)?;
+                self.stacked
+                    .backward(inputs, noise, slope, &mut self.gradient)?;
                 None
             }
             _ => {
@@ -156,7 +158,8 @@ impl Fast {
                 if !(error.is_finite() && slope.iter().all(|g| g.is_finite())) {
                     return Err(no_number(step));
                 }
-                self.stacked.backward(slope.view(), &mut self.gradient)?;
+                self.stacked
+                    .backward(inputs, noise, slope.view(), &mut self.gradient)?;
                 if recipe.descent.pseudo_pattern_steps > 1 {
                     self.patterns = Some(Patterns {
                         output: g.to_owned(),
