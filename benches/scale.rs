@@ -1,5 +1,6 @@
-//! How time and memory grow: one evaluation of the objective with its gradient, and one whole training step, for
-//! K = 2,400, 24,000 and 240,000 snapshots along a route of the same density, four features, ±2 m.
+//! How time and memory grow: one evaluation of the objective with its gradient, one whole training step of small
+//! networks, and one step of the default recipe, which draws its snapshots; for K = 2,400, 24,000 and 240,000 snapshots
+//! along a route of the same density, four features, ±2 m.
 //!
 //! `cargo bench --bench scale`; sizes of one's own as arguments: `cargo bench --bench scale -- 2400 48000`. Every size
 //! and job runs in a process of its own, whose greatest memory Linux tells (`VmHWM` in /proc/self/status).
@@ -13,7 +14,7 @@ use ballmark::{
         lesson::Lesson,
         objective::{Objective, equal_weights},
         prior_operator::PriorOperator,
-        recipe::Optimiser,
+        recipe::{Optimiser, Scale},
         trainer::Trainer,
     },
     recording::{Channel, Columns, Recording, split::Split},
@@ -31,7 +32,7 @@ const SIZES: [usize; 3] = [2_400, 24_000, 240_000];
 /// 2,400 snapshots on 89 m.
 const SPACING_M: f64 = 89.0 / 2399.0;
 const INPUTS: usize = 164;
-const JOBS: [&str; 2] = ["objective", "training step"];
+const JOBS: [&str; 3] = ["objective", "small networks", "default recipe"];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).filter(|a| a != "--bench").collect();
@@ -39,10 +40,10 @@ fn main() -> ExitCode {
         && flag == "--child"
     {
         let k = size.parse().expect("the parent passes a number");
-        let time = if job == JOBS[0] {
-            objective(k)
-        } else {
-            training_step(k)
+        let time = match job.as_str() {
+            "objective" => objective(k),
+            "small networks" => training_step(k, &small_networks()),
+            _ => training_step(k, &Recipe::default()),
         };
         println!("{} {}", time.as_secs_f64() * 1e3, peak_kib().unwrap_or(0));
         return ExitCode::SUCCESS;
@@ -142,21 +143,29 @@ fn objective(k: usize) -> Duration {
     })
 }
 
-fn training_step(k: usize) -> Duration {
+/// Four networks of six hidden units, all snapshots at every step.
+fn small_networks() -> Recipe {
+    let mut recipe = Recipe::thrun1998();
+    recipe.descent.optimiser = Optimiser::Adam;
+    recipe.descent.scale = Scale::PriorShare;
+    recipe.descent.learning_rate = 0.01;
+    recipe.descent.pseudo_pattern_steps = 1;
+    recipe.descent.map_in_objective = true;
+    recipe.augmentation.input_noise = 0.3;
+    recipe
+}
+
+fn training_step(k: usize, recipe: &Recipe) -> Duration {
     let recording = recording(k);
     let everything = Split {
         train: (0..k).collect(),
         validation: Vec::new(),
         test: Vec::new(),
     };
-    let mut recipe = Recipe {
+    let recipe = Recipe {
         uncertainty: "2m".parse().expect("an uncertainty as users write it"),
-        ..Recipe::thrun1998()
+        ..recipe.clone()
     };
-    recipe.descent.optimiser = Optimiser::Adam;
-    recipe.descent.pseudo_pattern_steps = 1;
-    recipe.descent.map_in_objective = true;
-    recipe.augmentation.input_noise = 0.3;
     let lesson = Lesson::prepare(&recipe, &recording, &everything).expect("enough snapshots");
     let mut trainer = Trainer::new(&recipe, &lesson, &cpu());
     median(|| {

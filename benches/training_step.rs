@@ -1,7 +1,8 @@
-//! One whole training step (noise, forward, objective with the map in it, backward, Adam) of four networks 164→6→1 on
-//! K = 2,400 snapshots along a route of 89 m; and, as `fast`, all of it but the objective by stacked networks.
+//! One whole training step (forward, objective, backward, Adam) of four networks 164→6→1 on K = 2,400 snapshots along a
+//! route of 89 m: `fast` as training takes it, `burn` on tensors. Beside it what it is made of, `objective` and `networks`.
 
 use ballmark::{
+    belief::Places,
     detector::{
         device::cpu,
         net::{NetConfig, Weights},
@@ -11,8 +12,10 @@ use ballmark::{
     learning::{
         Recipe,
         lesson::Lesson,
+        objective::{Objective, equal_weights},
         optimiser::in_place::InPlace,
-        recipe::{DescentConfig, Optimiser},
+        prior_operator::PriorOperator,
+        recipe::{DescentConfig, Optimiser, Scale},
         trainer::Trainer,
     },
     recording::{Channel, Columns, Recording, split::Split},
@@ -52,36 +55,55 @@ fn recording() -> Recording {
     .expect("columns of one length")
 }
 
-/// Four networks of six hidden units, all snapshots at every step, Adam, noise on the inputs, the map in the objective.
+/// Four networks of six hidden units, all snapshots at every step, Adam.
 fn small_networks() -> Recipe {
     let mut recipe = Recipe::thrun1998();
     recipe.descent = DescentConfig {
         optimiser: Optimiser::Adam,
-        learning_rate: 0.03,
-        weight_decay: 0.01,
-        map_in_objective: true,
+        learning_rate: 0.01,
+        scale: Scale::PriorShare,
         pseudo_pattern_steps: 1,
         ..recipe.descent
     };
-    recipe.augmentation.input_noise = 0.3;
     recipe
 }
 
-fn training_step(criterion: &mut Criterion) {
+type Change = fn(&mut Recipe);
+
+/// Whole steps, by plain arrays or by tensors. `2m` and `global` are the step that the peers' scripts take; the others do
+/// more: noise on the inputs, the map in the objective, a hundred steps on one evaluation.
+fn steps(criterion: &mut Criterion, group: &str, by_tensors: bool) {
     let recording = recording();
     let everything = Split {
         train: (0..SNAPSHOTS).collect(),
         validation: Vec::new(),
         test: Vec::new(),
     };
-    let mut group = criterion.benchmark_group("training_step");
-    for name in ["2m", "global"] {
-        let recipe = Recipe {
-            uncertainty: name.parse().expect("an uncertainty as users write it"),
+    let plain = |_: &mut Recipe| ();
+    let cases: [(&str, &str, Change); 5] = [
+        ("2m", "2m", plain),
+        ("global", "global", plain),
+        ("2m, noise", "2m", |r| r.augmentation.input_noise = 0.3),
+        ("2m, noise, map", "2m", |r| {
+            r.augmentation.input_noise = 0.3;
+            r.descent.map_in_objective = true;
+        }),
+        ("2m, pseudo-patterns", "2m", |r| {
+            r.descent.pseudo_pattern_steps = 100;
+        }),
+    ];
+    let mut group = criterion.benchmark_group(group);
+    for (name, uncertainty, change) in cases {
+        let mut recipe = Recipe {
+            uncertainty: uncertainty.parse().expect("as users write it"),
             ..small_networks()
         };
+        change(&mut recipe);
         let lesson = Lesson::prepare(&recipe, &recording, &everything).expect("enough snapshots");
         let mut trainer = Trainer::new(&recipe, &lesson, &cpu());
+        if by_tensors {
+            trainer = trainer.on_tensors();
+        }
         group.bench_function(name, |bencher| {
             bencher.iter(|| trainer.step().expect("a finite objective"));
         });
@@ -89,8 +111,38 @@ fn training_step(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Forward, backward and Adam without an objective between them: one whose slope never changes stands in for it.
 fn fast(criterion: &mut Criterion) {
+    steps(criterion, "fast", false);
+}
+
+fn burn(criterion: &mut Criterion) {
+    steps(criterion, "burn", true);
+}
+
+/// The objective alone, with its gradient.
+fn objective(criterion: &mut Criterion) {
+    let mut random = Seed(1).stream("bench");
+    let along = |k: usize| LENGTH_M * k as f64 / (SNAPSHOTS - 1) as f64;
+    let places = Places::Route((0..SNAPSHOTS).map(along).collect());
+    let g = Array2::from_shape_simple_fn((SNAPSHOTS, 4), || random.random_range(0.0..1.0f32));
+    let weight = equal_weights(SNAPSHOTS);
+    let mut group = criterion.benchmark_group("objective");
+    for name in ["2m", "global"] {
+        let uncertainty = name.parse().expect("as users write it");
+        let prior = PriorOperator::new(uncertainty, &places, &places);
+        let mut objective = Objective::<f32>::new();
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                let e = objective.evaluate(&prior, g.view(), g.view(), weight.view());
+                e.expect("four features are not too many").posterior_error_m
+            });
+        });
+    }
+    group.finish();
+}
+
+/// Forward, backward and Adam without an objective between them: one whose slope never changes stands in for it.
+fn networks(criterion: &mut Criterion) {
     let mut random = Seed(1).stream("bench");
     let mut draw = |rows, columns| {
         Array2::from_shape_simple_fn((rows, columns), || random.random_range(-1f32..1.0))
@@ -103,7 +155,7 @@ fn fast(criterion: &mut Criterion) {
     let mut activation = Array2::zeros((SNAPSHOTS, 4));
     let mut stacked = Stacked::new(&weights);
     let mut descent = InPlace::new(&DescentConfig::default());
-    let mut group = criterion.benchmark_group("fast");
+    let mut group = criterion.benchmark_group("networks");
     for name in ["without noise", "with noise"] {
         let mut step = 0;
         group.bench_function(name, |bencher| {
@@ -118,7 +170,7 @@ fn fast(criterion: &mut Criterion) {
                     .forward(&weights, inputs.view(), noise, activation.view_mut())
                     .expect("networks of this shape");
                 stacked
-                    .backward(slope.view(), &mut gradient)
+                    .backward(inputs.view(), noise, slope.view(), &mut gradient)
                     .expect("the same inputs");
                 descent
                     .step(&mut weights, &gradient)
@@ -129,5 +181,5 @@ fn fast(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, training_step, fast);
+criterion_group!(benches, fast, burn, objective, networks);
 criterion_main!(benches);

@@ -61,7 +61,7 @@ pub struct Noise<'a> {
 ///
 /// let slope = Array2::ones((2, 2)); // ∂E/∂g of E = Σ g
 /// let mut gradient = weights.clone();
-/// stacked.backward(slope.view(), &mut gradient)?;
+/// stacked.backward(inputs.view(), None, slope.view(), &mut gradient)?;
 /// let output_bias = &gradient.layers[1].bias; // Σ over snapshots of g (1 − g)
 /// let expected = activation.column(0).fold(0.0, |sum, g| sum + g * (1.0 - g));
 /// assert!((output_bias[[0, 0]] - expected).abs() < 1e-6);
@@ -197,8 +197,8 @@ impl Stacked {
         }
     }
 
-    /// g_i(s) of every snapshot: `[snapshot, input]` → `[snapshot, feature]`. What [`backward`](Self::backward) needs is
-    /// kept.
+    /// g_i(s) of every snapshot: `[snapshot, input]` → `[snapshot, feature]`. What [`backward`](Self::backward) needs
+    /// besides is kept.
     ///
     /// # Errors
     /// Where an array's shape is not that of the networks.
@@ -213,9 +213,7 @@ impl Stacked {
         same("inputs", inputs.dim(), (inputs.nrows(), width))?;
         same("activations", out.dim(), (inputs.nrows(), self.features))?;
         self.same_shape(weights)?;
-        if noise.is_some_and(|noise| noise.bank.is_empty()) {
-            return Err(Error::work("input noise: an empty bank; expected numbers"));
-        }
+        not_empty(noise)?;
         self.share_out(inputs.nrows());
         let inputs = in_row_order(&inputs)?;
         for (block, layer) in self.layers.iter_mut().zip(&weights.layers) {
@@ -247,12 +245,23 @@ impl Stacked {
         Ok(())
     }
 
-    /// ∂E/∂weights and ∂E/∂biases at the last forward, of an objective with this slope ∂E/∂g, `[snapshot, feature]`.
+    /// ∂E/∂weights and ∂E/∂biases at the last forward, of an objective with this slope ∂E/∂g, `[snapshot, feature]`; with
+    /// the inputs and the noise of then.
     ///
     /// # Errors
     /// Where an array's shape is not that of the networks or of the last forward.
-    pub fn backward(&mut self, slope: ArrayView2<f32>, gradient: &mut Weights) -> Result<()> {
+    pub fn backward(
+        &mut self,
+        inputs: ArrayView2<f32>,
+        noise: Option<Noise>,
+        slope: ArrayView2<f32>,
+        gradient: &mut Weights,
+    ) -> Result<()> {
+        let width = self.layers.first().map_or(0, |block| block.inputs);
+        same("inputs", inputs.dim(), (self.snapshots, width))?;
         same("slopes", slope.dim(), (self.snapshots, self.features))?;
+        not_empty(noise)?;
+        let inputs = in_row_order(&inputs)?;
         self.same_shape(gradient)?;
         let Some(length) = self.shares.first().map(|share| share.snapshots) else {
             for layer in &mut gradient.layers {
@@ -262,16 +271,25 @@ impl Stacked {
             return Ok(());
         };
         let (layers, activation) = (&self.layers, self.activation);
+        let rows = inputs.chunks((length * width).max(1));
         let slopes = slope.axis_chunks_iter(Axis(0), length);
-        let work: Vec<_> = self.shares.iter_mut().zip(slopes).collect();
-        work.into_par_iter().for_each(|(share, slope)| {
+        let work: Vec<_> = self.shares.iter_mut().zip(rows).zip(slopes).collect();
+        let one = |(at, ((share, inputs), slope))| {
+            let source = Source {
+                inputs,
+                width,
+                noise,
+                position: at * length * width,
+            };
             widest(Backward {
                 share,
                 layers,
                 activation,
+                source,
                 slope,
             });
-        });
+        };
+        work.into_par_iter().enumerate().for_each(one);
         if let Some((sum, others)) = self.shares.split_first_mut() {
             for (at, block) in self.layers.iter().enumerate() {
                 for other in others.iter() {
@@ -309,6 +327,13 @@ impl Stacked {
             .map(|start| Share::new(&self.layers, length.min(snapshots - start)))
             .collect();
         self.snapshots = snapshots;
+    }
+}
+
+fn not_empty(noise: Option<Noise>) -> Result<()> {
+    match noise.is_some_and(|noise| noise.bank.is_empty()) {
+        true => Err(Error::work("input noise: an empty bank; expected numbers")),
+        false => Ok(()),
     }
 }
 

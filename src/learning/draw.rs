@@ -31,21 +31,24 @@ impl Draw {
     /// Where a whole run is to be left out and there is only one.
     pub fn new(recipe: &Recipe, lesson: &Lesson, step: usize) -> Result<Self> {
         let mut random = Seed(recipe.seed).numbered_stream("draw of a step", step as u64);
-        let all: Vec<usize> = (0..lesson.snapshots.len()).collect();
+        let all = lesson.snapshots.len();
         let (truths, candidates) = match recipe.descent.leave_run_out {
             true => {
-                let run = lesson.runs[random.random_range(0..all.len())];
-                all.into_iter().partition(|&k| lesson.runs[k] == run)
+                let run = lesson.runs[random.random_range(0..all)];
+                let (own, others) = (0..all).partition(|&k| lesson.runs[k] == run);
+                (Some(own), Some(others))
             }
-            false => (all.clone(), all),
+            false => (None, None),
         };
-        if candidates.is_empty() {
+        let truths = Pool::of(all, &truths);
+        let candidates = Pool::of(all, &candidates);
+        if candidates.count == 0 {
             return Err(Error::work(
                 "descent.leave_run_out: all training snapshots are of one run; expected at least two runs",
             ));
         }
-        let truths = some(&truths, recipe.descent.queries, &mut random);
-        let candidates = stretches(&candidates, recipe.descent.places, &mut random);
+        let truths = truths.some(recipe.descent.queries, &mut random);
+        let candidates = candidates.stretches(recipe.descent.places, &mut random);
         let uncertainty = truths.iter().map(|_| draw_uncertainty(recipe, &mut random));
         let uncertainty = uncertainty.collect();
 
@@ -77,13 +80,49 @@ impl Draw {
     }
 }
 
-/// So many of some indices, ascending; all where `count` is 0 or more than there are.
-fn some(indices: &[usize], count: usize, random: &mut Stream) -> Vec<usize> {
-    if count == 0 || count >= indices.len() {
-        return indices.to_vec();
+/// Snapshots to draw from. Where it is all of them, nothing is written down: a step must not cost more the more there are.
+struct Pool<'a> {
+    count: usize,
+    /// Their numbers, ascending; `None`: the first `count`.
+    numbers: Option<&'a [usize]>,
+}
+
+impl<'a> Pool<'a> {
+    fn of(all: usize, numbers: &'a Option<Vec<usize>>) -> Self {
+        Self {
+            count: numbers.as_ref().map_or(all, Vec::len),
+            numbers: numbers.as_deref(),
+        }
     }
-    let drawn = rand::seq::index::sample(random, indices.len(), count);
-    let mut drawn: Vec<usize> = drawn.into_iter().map(|i| indices[i]).collect();
+
+    fn number(&self, place: usize) -> usize {
+        self.numbers.map_or(place, |numbers| numbers[place])
+    }
+
+    /// So many of them, ascending; all where `count` is 0 or more than there are.
+    fn some(&self, count: usize, random: &mut Stream) -> Vec<usize> {
+        let places = some(self.count, count, random).into_iter();
+        places.map(|place| self.number(place)).collect()
+    }
+
+    /// About so many of them, ascending, in stretches of consecutive ones.
+    fn stretches(&self, count: usize, random: &mut Stream) -> Vec<usize> {
+        if count == 0 || count >= self.count {
+            return self.some(0, random);
+        }
+        let stretches = self.count.div_ceil(STRETCH);
+        let drawn = some(stretches, count.div_ceil(STRETCH), random).into_iter();
+        let places = drawn.flat_map(|s| s * STRETCH..self.count.min((s + 1) * STRETCH));
+        places.map(|place| self.number(place)).collect()
+    }
+}
+
+/// So many of the numbers below `of`, ascending; all where `count` is 0 or more than there are.
+fn some(of: usize, count: usize, random: &mut Stream) -> Vec<usize> {
+    if count == 0 || count >= of {
+        return (0..of).collect();
+    }
+    let mut drawn = rand::seq::index::sample(random, of, count).into_vec();
     drawn.sort_unstable();
     drawn
 }
@@ -91,21 +130,6 @@ fn some(indices: &[usize], count: usize, random: &mut Stream) -> Vec<usize> {
 /// Snapshots that are drawn together as candidates: the map of a place is made of its neighbours, which a draw must not
 /// tear away from it.
 const STRETCH: usize = 16;
-
-/// About so many of some indices, ascending, in stretches of consecutive ones.
-fn stretches(indices: &[usize], count: usize, random: &mut Stream) -> Vec<usize> {
-    if count == 0 || count >= indices.len() {
-        return indices.to_vec();
-    }
-    let stretches: Vec<&[usize]> = indices.chunks(STRETCH).collect();
-    let numbers: Vec<usize> = (0..stretches.len()).collect();
-    let drawn = some(&numbers, count.div_ceil(STRETCH), random);
-    drawn
-        .into_iter()
-        .flat_map(|s| stretches[s])
-        .copied()
-        .collect()
-}
 
 /// The uncertainty of one truth.
 fn draw_uncertainty(recipe: &Recipe, random: &mut Stream) -> Uncertainty {

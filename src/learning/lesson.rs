@@ -1,9 +1,8 @@
 //! What is learned from: inputs, places and priors of the training part, and of the validation part that stops it.
 
 use super::{
-    objective::Evaluation,
     recipe::{Objective, Recipe},
-    task::Task,
+    task::{Errors, Task, Workspace},
     trainer::Score,
 };
 use crate::{
@@ -12,7 +11,7 @@ use crate::{
     error::{Error, Result},
     recording::{Recording, split::Split, viewpoint::Views},
 };
-use ndarray::{Array2, ArrayView2, Axis};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, CowArray, Ix2};
 
 /// A snapshot outside the training part counts in a judgement if training saw a place this near …
 pub const COVERED_WITHIN_M: f64 = 0.5;
@@ -102,21 +101,37 @@ impl<'a> Lesson<'a> {
     ///
     /// # Errors
     /// Where there are too many features for the exact objective.
-    pub fn objective(
+    pub fn objective<'w>(
         &self,
+        workspace: &'w mut Workspace,
         activation: ArrayView2<f32>,
         map_in_objective: bool,
-    ) -> Result<(Evaluation, Array2<f64>)> {
-        let truth = activation.select(Axis(0), &self.truths);
-        let e = self
-            .task
-            .evaluate(truth.view(), activation, map_in_objective)?;
-        let mut gradient = e.map_gradient.clone();
-        for (&k, slope) in self.truths.iter().zip(e.truth_gradient.rows()) {
-            let mut row = gradient.row_mut(k);
-            row += &slope;
+    ) -> Result<(Errors, ArrayViewMut2<'w, f32>)> {
+        let truth = self.of_truths(activation);
+        let mut gradient = std::mem::take(&mut workspace.both);
+        if gradient.dim() != activation.dim() {
+            gradient = Array2::zeros(activation.raw_dim());
         }
-        Ok((e, gradient))
+        let answer = self
+            .task
+            .evaluate(workspace, truth.view(), activation, map_in_objective)?;
+        gradient.assign(&answer.candidate_gradient);
+        if truth.dim() == activation.dim() {
+            gradient += &answer.truth_gradient;
+        } else {
+            for (&k, slope) in self.truths.iter().zip(answer.truth_gradient.rows()) {
+                let mut row = gradient.row_mut(k);
+                row += &slope;
+            }
+        }
+        let errors = answer.errors;
+        workspace.both = gradient;
+        Ok((errors, workspace.both.view_mut()))
+    }
+
+    /// How many truths the objective is the mean of.
+    pub fn truths(&self) -> usize {
+        self.truths.len()
     }
 
     /// What the training part makes of its own places, with the map that localisation uses.
@@ -124,8 +139,16 @@ impl<'a> Lesson<'a> {
     /// # Errors
     /// Where there are too many features for the exact objective.
     pub fn judge(&self, activation: ArrayView2<f32>) -> Result<Score> {
-        let truth = activation.select(Axis(0), &self.truths);
-        self.task.judge(truth.view(), activation)
+        self.task
+            .judge(self.of_truths(activation).view(), activation)
+    }
+
+    /// The truths' rows of the training part.
+    fn of_truths<'v>(&self, activation: ArrayView2<'v, f32>) -> CowArray<'v, f32, Ix2> {
+        match self.truths.len() == activation.nrows() {
+            true => activation.into(),
+            false => activation.select(Axis(0), &self.truths).into(),
+        }
     }
 
     /// The held-out objective: truths are the validation snapshots, the map is what training has made of its places.

@@ -2,7 +2,7 @@
 
 use super::{
     mean_field::{self, Priors},
-    objective::{self, Evaluation},
+    objective::{self, Evaluation, Objective as Exact},
     prior_operator::PriorOperator,
     recipe::{Objective, Recipe},
     smoothing::Smoothing,
@@ -13,6 +13,37 @@ use crate::{
     error::Result,
 };
 use ndarray::{Array1, Array2, ArrayView2};
+
+/// Room to evaluate one task after the other: fresh arrays would cost more than what is computed in them.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    exact: Exact<f32>,
+    wide: Evaluation<f32>,
+    /// P(f|ξ) of the candidates, and ∂E/∂g of theirs behind it, `[candidate, feature]`.
+    map: Array2<f32>,
+    behind_map: Array2<f32>,
+    /// ∂E/∂g of whoever is truth and candidate at once, `[snapshot, feature]`.
+    pub(super) both: Array2<f32>,
+}
+
+/// Expected errors in metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// Before sensing.
+    pub prior_error_m: f64,
+    /// After sensing.
+    pub posterior_error_m: f64,
+}
+
+/// The objective and its gradient ∂E_posterior/∂g.
+pub struct Answer<'a> {
+    /// The objective.
+    pub errors: Errors,
+    /// With respect to the truths' activations, `[truth, feature]`.
+    pub truth_gradient: ArrayView2<'a, f32>,
+    /// With respect to the candidates', `[candidate, feature]`.
+    pub candidate_gradient: ArrayView2<'a, f32>,
+}
 
 /// Truths and candidates with the prior that joins them, and the map that is made of the candidates.
 ///
@@ -95,27 +126,57 @@ impl Task {
     ///
     /// # Errors
     /// Where there are too many features for the exact objective.
-    pub fn evaluate(
+    pub fn evaluate<'a>(
         &self,
+        workspace: &'a mut Workspace,
         truth: ArrayView2<f32>,
         candidates: ArrayView2<f32>,
         with_map: bool,
-    ) -> Result<Evaluation> {
-        let map = self.map(candidates, with_map);
-        let mut e = match &self.priors {
+    ) -> Result<Answer<'a>> {
+        let Workspace {
+            exact,
+            wide,
+            map,
+            behind_map,
+            ..
+        } = workspace;
+        let map = match with_map {
+            true => {
+                self.smoothing.apply(candidates, map);
+                map.view()
+            }
+            false => candidates,
+        };
+        let e = match &self.priors {
             Joined::Exact(operator, weight) => {
-                let truth = truth.mapv(f64::from);
-                objective::evaluate(operator, truth.view(), map.view(), weight.view())?
+                exact.evaluate(operator, truth, map, weight.view())?
             }
             Joined::MeanField(priors, weight) => {
-                let map = map.mapv(|m| m as f32);
-                mean_field::evaluate(priors, truth, map.view(), weight.view())
+                let e = mean_field::evaluate(priors, truth, map, weight.view());
+                *wide = Evaluation {
+                    prior_error_m: e.prior_error_m,
+                    posterior_error_m: e.posterior_error_m,
+                    truth_gradient: e.truth_gradient.mapv(|g| g as f32),
+                    map_gradient: e.map_gradient.mapv(|g| g as f32),
+                };
+                wide
             }
         };
-        if with_map {
-            e.map_gradient = self.smoothing.back(e.map_gradient.view());
-        }
-        Ok(e)
+        let candidate_gradient = match with_map {
+            true => {
+                self.smoothing.back(e.map_gradient.view(), behind_map);
+                behind_map.view()
+            }
+            false => e.map_gradient.view(),
+        };
+        Ok(Answer {
+            errors: Errors {
+                prior_error_m: e.prior_error_m,
+                posterior_error_m: e.posterior_error_m,
+            },
+            truth_gradient: e.truth_gradient.view(),
+            candidate_gradient,
+        })
     }
 
     /// The objective with the map and without a gradient: what is reported.
@@ -123,15 +184,15 @@ impl Task {
     /// # Errors
     /// Where there are too many features for the exact objective.
     pub fn judge(&self, truth: ArrayView2<f32>, candidates: ArrayView2<f32>) -> Result<Score> {
-        let map = self.map(candidates, true);
+        let mut map = Array2::default((0, 0));
+        self.smoothing.apply(candidates, &mut map);
         let (prior_error_m, posterior_error_m) = match &self.priors {
             Joined::Exact(operator, weight) => {
-                let truth = truth.mapv(f64::from);
-                let e = objective::evaluate(operator, truth.view(), map.view(), weight.view())?;
+                let mut exact = Exact::<f32>::new();
+                let e = exact.evaluate(operator, truth, map.view(), weight.view())?;
                 (e.prior_error_m, e.posterior_error_m)
             }
             Joined::MeanField(priors, weight) => {
-                let map = map.mapv(|m| m as f32);
                 let error_m = mean_field::error_m(priors, truth, map.view(), weight.view());
                 let prior = priors.prior_error_m();
                 (prior.iter().zip(weight).map(|(e, w)| e * w).sum(), error_m)
@@ -143,13 +204,5 @@ impl Task {
             error_reduction: 1.0 - posterior_error_m / prior_error_m,
             snapshots: truth.nrows(),
         })
-    }
-
-    fn map(&self, candidates: ArrayView2<f32>, with_map: bool) -> Array2<f64> {
-        let candidates = candidates.mapv(f64::from);
-        match with_map {
-            true => self.smoothing.apply(candidates.view()),
-            false => candidates,
-        }
     }
 }

@@ -5,6 +5,7 @@ use super::{
     lesson::Lesson,
     optimiser::Descent,
     recipe::{Optimiser, Recipe},
+    task::Workspace,
 };
 use crate::{
     detector::net::{Nets, Weights, values},
@@ -17,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 use batch::{Batch, Noise};
+use fast::Fast;
 pub use pseudo_patterns::PseudoPatterns;
 pub use restarts::{remove_checkpoints, train, train_on};
 use stage::put_features;
@@ -89,11 +91,12 @@ fn train_once(
 ) -> Result<Trained> {
     let mut trainer = Trainer::new(recipe, lesson, device);
     if let Some(path) = checkpoint.filter(|path| resume && path.exists()) {
-        trainer.now = checkpoint::read(path, identity, recipe, &trainer.now.nets)?;
+        trainer.take_up(checkpoint::read(path, identity, recipe, &trainer.now.nets)?)?;
     }
     let stopped_by = loop {
         let step = trainer.steps();
         if step.is_multiple_of(recipe.descent.validate_every) || step == recipe.descent.steps {
+            trainer.settle();
             let validation = trainer.validate(&trainer.now.nets)?;
             trainer
                 .now
@@ -112,6 +115,7 @@ fn train_once(
         if let Some(path) =
             checkpoint.filter(|_| step > 0 && step.is_multiple_of(recipe.descent.checkpoint_every))
         {
+            trainer.settle();
             checkpoint::write(path, identity, &trainer.now)?;
         }
         trainer.step()?;
@@ -127,8 +131,12 @@ pub struct Trainer<'a> {
     /// The lesson's inputs on the device, `[snapshot, input]`.
     inputs: Tensor<2>,
     noise: Noise,
+    workspace: Workspace,
+    /// Takes the steps where the networks' shape and the recipe allow; tensors take them elsewhere.
+    fast: Option<Fast>,
     /// What the last step looked at; the next one of its series looks at the same.
     batch: Option<Batch>,
+    /// Where training stands; on the fast path only once it has [settled](Self::settle).
     now: Checkpoint,
 }
 
@@ -145,12 +153,37 @@ impl<'a> Trainer<'a> {
         nets.gain = recipe.network.gain;
         Self {
             noise: Noise::new(recipe),
+            workspace: Workspace::default(),
+            fast: Fast::of(recipe, &weights, device),
             batch: None,
             recipe,
             lesson,
             inputs: tensor(lesson.inputs.view(), device),
             now: Checkpoint::start(nets, Descent::new(&recipe.descent)),
             device: device.clone(),
+        }
+    }
+
+    /// The same, but with every step taken on tensors, whatever the shape: what the fast path is held against.
+    pub fn on_tensors(mut self) -> Self {
+        self.settle();
+        self.fast = None;
+        self
+    }
+
+    /// Goes on from where a training stood.
+    fn take_up(&mut self, now: Checkpoint) -> Result<()> {
+        if let Some(fast) = &mut self.fast {
+            fast.take_up(&now)?;
+        }
+        self.now = now;
+        Ok(())
+    }
+
+    /// Brings the checkpoint up to the last step, before somebody looks at it.
+    fn settle(&mut self) {
+        if let Some(fast) = &self.fast {
+            fast.put_down(&mut self.now, &self.device);
         }
     }
 
@@ -165,6 +198,10 @@ impl<'a> Trainer<'a> {
     /// # Errors
     /// Where the objective or its gradient is no longer a finite number.
     pub fn step(&mut self) -> Result<()> {
+        if let Some(fast) = &mut self.fast {
+            let space = &mut self.workspace;
+            return fast.step(self.recipe, self.lesson, &self.noise, space, &mut self.now);
+        }
         let (recipe, step) = (self.recipe, self.steps());
         let stage = Stage::at(recipe, step);
         let (place, first) = stage.place_in_series(recipe, step);
@@ -214,12 +251,10 @@ impl<'a> Trainer<'a> {
             };
             return Ok((error, patterns.residual(answer)));
         }
-        let e = batch.evaluate(self.recipe, self.lesson, array(answer.clone())?)?;
+        let space = &mut self.workspace;
+        let e = batch.evaluate(self.recipe, self.lesson, space, array(answer.clone())?)?;
         if !e.is_finite() {
-            return Err(Error::work(format!(
-                "the objective is no longer a number after {} steps; expected a smaller descent.learning_rate",
-                self.steps()
-            )));
+            return Err(no_number(self.steps()));
         }
         self.now.evaluations += 1;
         self.now.training = e.error_reduction;
@@ -259,13 +294,14 @@ impl<'a> Trainer<'a> {
             Optimiser::Adam | Optimiser::Momentum => now.descent.step(parameters, slopes),
             Optimiser::ConjugateGradient => {
                 let (patterns, evaluations) = (&now.pseudo_patterns, &mut now.evaluations);
+                let (recipe, lesson, space) = (self.recipe, self.lesson, &mut self.workspace);
                 let mut error_at = |parameters| {
                     let output = with(parameters).forward(batch.inputs.clone());
                     if let Some(patterns) = patterns {
                         return patterns.error(output);
                     }
                     *evaluations += 1;
-                    let e = batch.evaluate(self.recipe, self.lesson, array(output)?)?;
+                    let e = batch.evaluate(recipe, lesson, space, array(output)?)?;
                     Ok(e.error)
                 };
                 now.descent
@@ -313,7 +349,8 @@ impl<'a> Trainer<'a> {
             .map(Some)
     }
 
-    fn finish(self, stopped_by: StoppedBy) -> Result<Trained> {
+    fn finish(mut self, stopped_by: StoppedBy) -> Result<Trained> {
+        self.settle();
         let nets = match self.now.best_validation {
             Some(_) => &self.now.best_nets,
             None => &self.now.nets,
@@ -329,6 +366,12 @@ impl<'a> Trainer<'a> {
             stopped_by,
         })
     }
+}
+
+fn no_number(step: usize) -> Error {
+    Error::work(format!(
+        "the objective is no longer a number after {step} steps; expected a smaller descent.learning_rate"
+    ))
 }
 
 fn tensor(array: ArrayView2<f32>, device: &Device) -> Tensor<2> {
@@ -363,6 +406,7 @@ fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3>>> {
 }
 
 mod batch;
+mod fast;
 mod pseudo_patterns;
 mod restarts;
 mod stage;

@@ -19,7 +19,8 @@ pub struct Share {
     /// Snapshots, and with those that fill up the last block.
     pub snapshots: usize,
     pub rows: usize,
-    /// Inputs of every layer, `[row, stride_in]`: those of the first as they were read, noise included.
+    /// Inputs of every layer, `[row, stride_in]`: those of the first, noise included, of one chunk only. They are read
+    /// anew on the way back: keeping them would cost more memory than all the rest, and with it more time.
     pub inputs: Vec<Vec<f32>>,
     /// g, without anything between: `[snapshot, feature]`, and some more to fill a register.
     pub outputs: Vec<f32>,
@@ -46,7 +47,10 @@ impl Share {
             rows,
             inputs: layers
                 .iter()
-                .map(|b| vec![0.0; rows * b.stride_in])
+                .enumerate()
+                .map(|(at, b)| {
+                    vec![0.0; if at == 0 { rows.min(CHUNK) } else { rows } * b.stride_in]
+                })
                 .collect(),
             outputs: vec![0.0; (rows * features).next_multiple_of(lanes())],
             sums: chunk.clone(),
@@ -81,7 +85,10 @@ impl Task for Forward<'_> {
             for (at, block) in self.layers.iter().enumerate() {
                 let stride = block.stride_out;
                 let (before, after) = share.inputs.split_at_mut(at + 1);
-                let inputs = &before[at][rows.start * block.stride_in..];
+                let inputs = match at {
+                    0 => &before[0][..],
+                    _ => &before[at][rows.start * block.stride_in..],
+                };
                 let sums = match after.first_mut() {
                     Some(next) => &mut next[rows.start * stride..rows.end * stride],
                     None => &mut share.sums[..rows.len() * stride],
@@ -121,12 +128,17 @@ pub struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Copies the inputs of some rows, with their noise; those of rows that are no snapshots stay 0.
+    /// Copies the inputs of some rows to the front, with their noise; those of rows that are no snapshots are 0.
     #[inline(always)]
     fn read(&self, rows: Range<usize>, stride: usize, to: &mut [f32]) {
-        let inputs = self.inputs.chunks_exact(self.width.max(1)).skip(rows.start);
-        let to = to.chunks_exact_mut(stride).skip(rows.start);
-        for ((row, inputs), to) in rows.zip(inputs).zip(to) {
+        let width = self.width.max(1);
+        let snapshots = self.inputs.len() / width;
+        for (row, to) in rows.zip(to.chunks_exact_mut(stride)) {
+            if row >= snapshots {
+                to.fill(0.0);
+                continue;
+            }
+            let inputs = &self.inputs[row * width..(row + 1) * width];
             let Some(noise) = self.noise else {
                 to[..self.width].copy_from_slice(inputs);
                 continue;
@@ -150,6 +162,8 @@ pub struct Backward<'a> {
     pub share: &'a mut Share,
     pub layers: &'a [Block],
     pub activation: Activation,
+    /// As on the way forward.
+    pub source: Source<'a>,
     /// ∂E/∂g of the share's snapshots.
     pub slope: ArrayView2<'a, f32>,
 }
@@ -187,7 +201,15 @@ impl Task for Backward<'_> {
                     add(&mut share.bias[at], slope);
                 }
                 let slope = Matrix::new(slope, stride);
-                let inputs = &share.inputs[at][rows.start * stride_in..rows.end * stride_in];
+                let first = match at {
+                    0 => {
+                        self.source
+                            .read(rows.clone(), stride_in, &mut share.inputs[0]);
+                        0
+                    }
+                    _ => rows.start,
+                };
+                let inputs = &share.inputs[at][first * stride_in..][..rows.len() * stride_in];
                 let inputs = Matrix::new(inputs, stride_in);
                 kernel::outer::<S, L>(inputs, slope, &mut share.weight[at]);
                 if at > 0 {

@@ -103,7 +103,9 @@ fn stacked(
         stacked
             .forward(weights, inputs, noise, out.view_mut())
             .unwrap();
-        stacked.backward(slope, &mut gradient).unwrap();
+        stacked
+            .backward(inputs, noise, slope, &mut gradient)
+            .unwrap();
     }
     (out, gradient)
 }
@@ -315,10 +317,15 @@ fn shapes_are_chosen_and_checked() {
         .forward(&weights, rows.view(), None, out.view_mut())
         .unwrap();
     let mut gradient = weights.clone();
-    let wrong = stacked.backward(Array2::zeros((3, 2)).view(), &mut gradient);
+    let wrong = stacked.backward(
+        rows.view(),
+        None,
+        Array2::zeros((3, 2)).view(),
+        &mut gradient,
+    );
     assert!(message(wrong).contains("slopes of shape (3, 2); expected (4, 2)"));
     gradient.layers.pop();
-    let wrong = stacked.backward(out.view(), &mut gradient);
+    let wrong = stacked.backward(rows.view(), None, out.view(), &mut gradient);
     assert!(message(wrong).contains("another shape"));
 }
 

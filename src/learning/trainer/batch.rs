@@ -2,9 +2,14 @@
 
 use super::{array, tensor};
 use crate::{
-    detector::net::Nets,
+    detector::{net::Nets, stacked},
     error::{Error, Result},
-    learning::{draw::Draw, lesson::Lesson, objective::Evaluation, recipe::Recipe, recipe::Scale},
+    learning::{
+        draw::Draw,
+        lesson::Lesson,
+        recipe::{Recipe, Scale},
+        task::{Errors, Workspace},
+    },
     seed::Seed,
 };
 use burn::tensor::{Device, Tensor, TensorData};
@@ -31,7 +36,20 @@ impl Noise {
         })
     }
 
-    /// Inputs with a step's noise: the same for the same seed and step, whatever happened before.
+    /// A step's noise: the same for the same seed and step, whatever happened before.
+    pub fn of(&self, recipe: &Recipe, step: usize) -> Option<stacked::Noise<'_>> {
+        if self.0.is_empty() {
+            return None;
+        }
+        let mut random = Seed(recipe.seed).numbered_stream("input noise", step as u64);
+        Some(stacked::Noise {
+            bank: &self.0,
+            start: random.random_range(0..self.0.len()),
+            deviation: recipe.augmentation.input_noise as f32,
+        })
+    }
+
+    /// Inputs with a step's noise.
     fn onto(
         &self,
         recipe: &Recipe,
@@ -39,18 +57,16 @@ impl Noise {
         inputs: &Array2<f32>,
         device: &Device,
     ) -> Tensor<2> {
-        let deviation = recipe.augmentation.input_noise;
-        if deviation == 0.0 {
+        let Some(noise) = self.of(recipe, step) else {
             return tensor(inputs.view(), device);
-        }
-        let mut random = Seed(recipe.seed).numbered_stream("input noise", step as u64);
-        let mut at = random.random_range(0..self.0.len());
+        };
+        let mut at = noise.start;
         let mut noisy: Vec<f32> = inputs.iter().copied().collect();
         let mut left = noisy.as_mut_slice();
         while !left.is_empty() {
-            let (now, later) = left.split_at_mut(left.len().min(self.0.len() - at));
-            for (x, noise) in now.iter_mut().zip(&self.0[at..]) {
-                *x += deviation as f32 * noise;
+            let (now, later) = left.split_at_mut(left.len().min(noise.bank.len() - at));
+            for (x, z) in now.iter_mut().zip(&noise.bank[at..]) {
+                *x += noise.deviation * z;
             }
             (left, at) = (later, 0);
         }
@@ -127,6 +143,7 @@ impl Batch {
         &self,
         recipe: &Recipe,
         lesson: &Lesson,
+        workspace: &mut Workspace,
         output: Array2<f32>,
     ) -> Result<Evaluated> {
         let activation = match &self.frozen {
@@ -134,33 +151,40 @@ impl Batch {
             Some(frozen) => joined(Axis(1), &[frozen.view(), output.view()])?,
         };
         let with_map = recipe.descent.map_in_objective;
-        let (e, gradient) = match &self.draw {
-            None => lesson.objective(activation.view(), with_map)?,
+        let (errors, truths, gradient) = match &self.draw {
+            None => {
+                let (e, gradient) = lesson.objective(workspace, activation.view(), with_map)?;
+                (e, lesson.truths(), gradient.to_owned())
+            }
             Some(draw) => {
                 let (truth, candidates) = activation.view().split_at(Axis(0), draw.truths);
-                let e = draw.task.evaluate(truth, candidates, with_map)?;
-                let sides = [e.truth_gradient.view(), e.map_gradient.view()];
-                let gradient = joined(Axis(0), &sides)?;
-                (e, gradient)
+                let e = draw.task.evaluate(workspace, truth, candidates, with_map)?;
+                let sides = [e.truth_gradient, e.candidate_gradient];
+                (e.errors, draw.truths, joined(Axis(0), &sides)?)
             }
         };
-        let scale = scale(recipe, &e);
+        let scale = scale(recipe, errors, truths);
         let learned = self.frozen.as_ref().map_or(0, |frozen| frozen.ncols());
         let (_, gradient) = gradient.view().split_at(Axis(1), learned);
         Ok(Evaluated {
-            error_reduction: 1.0 - e.posterior_error_m / counted(e.prior_error_m),
-            error: e.posterior_error_m * scale,
-            gradient: gradient.mapv(|g| (g * scale) as f32),
+            error_reduction: reduction(errors),
+            error: errors.posterior_error_m * scale,
+            gradient: gradient.mapv(|g| g * scale as f32),
         })
     }
 }
 
 /// What the mean error in metres is multiplied by before it is descended.
-fn scale(recipe: &Recipe, e: &Evaluation) -> f64 {
+pub fn scale(recipe: &Recipe, e: Errors, truths: usize) -> f64 {
     match recipe.descent.scale {
         Scale::PriorShare => 1.0 / counted(e.prior_error_m),
-        Scale::Sum => e.truth_gradient.nrows() as f64,
+        Scale::Sum => truths as f64,
     }
+}
+
+/// The error reduction as it is reported.
+pub fn reduction(e: Errors) -> f64 {
+    1.0 - e.posterior_error_m / counted(e.prior_error_m)
 }
 
 /// No truth of a draw may have had anything to be mistaken for: such a step changes nothing but the weights' decay.

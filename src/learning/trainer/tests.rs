@@ -13,14 +13,18 @@ use crate::{
 };
 use rand::RngExt;
 
+mod fast;
 mod modes;
 
 /// Three runs along 20 m; eight readings that vary smoothly along it, with noise.
 fn recording() -> Recording {
-    let per_run = 80;
+    recording_of(80)
+}
+
+fn recording_of(per_run: usize) -> Recording {
     let k = 3 * per_run;
     let mut random = Seed(5).stream("toy recording");
-    let x = |k: usize| (k % per_run) as f64 * 0.25;
+    let x = |k: usize| (k % per_run) as f64 * 20.0 / per_run as f64;
     let pose: Vec<Pose> = (0..k).map(|k| Pose::new(x(k), 0.0, 0.0)).collect();
     let values = Array2::from_shape_fn((k, 8), |(k, c)| {
         let noise: f64 = random.random_range(-0.1..0.1);
@@ -175,7 +179,11 @@ fn one_step_follows_the_numerical_gradient() {
     let error = |weights: &Weights| {
         let output = Nets::new(weights, &device).forward(tensor(lesson.inputs.view(), &device));
         let (e, _) = lesson
-            .objective(array(output).unwrap().view(), true)
+            .objective(
+                &mut Workspace::default(),
+                array(output).unwrap().view(),
+                true,
+            )
             .unwrap();
         e.posterior_error_m / e.prior_error_m
     };

@@ -98,7 +98,9 @@ fn stacked_networks_have_the_outputs_and_gradients_of_burn() {
             stacked
                 .forward(&weights, inputs.view(), None, out.view_mut())
                 .unwrap();
-            stacked.backward(slope.view(), &mut gradient).unwrap();
+            stacked
+                .backward(inputs.view(), None, slope.view(), &mut gradient)
+                .unwrap();
             assert_close(out.as_slice().unwrap(), &outputs, 1e-6, &what);
             assert_same_way(&gradient, &leaves.weights().unwrap(), 2e-6, &what);
         }

@@ -138,6 +138,7 @@ fn after(recipe: &Recipe, steps: usize) -> (Weights, usize) {
     let lesson = lesson(recipe, &recording);
     let mut trainer = Trainer::new(recipe, &lesson, &Device::flex());
     (0..steps).for_each(|_| trainer.step().unwrap());
+    trainer.settle();
     (trainer.now.nets.weights().unwrap(), trainer.now.evaluations)
 }
 
@@ -246,7 +247,11 @@ fn a_later_feature_learns_what_the_earlier_ones_do_not_say() {
     let error = |weights: &Weights| {
         let output = Nets::new(weights, &device).forward(tensor(lesson.inputs.view(), &device));
         let (e, _) = lesson
-            .objective(array(output).unwrap().view(), false)
+            .objective(
+                &mut Workspace::default(),
+                array(output).unwrap().view(),
+                false,
+            )
             .unwrap();
         e.posterior_error_m / e.prior_error_m
     };
@@ -269,6 +274,7 @@ fn the_sum_is_the_share_times_truths_and_prior_error() {
     let lesson = lesson(&thrun(), &recording);
     let (e, _) = lesson
         .objective(
+            &mut Workspace::default(),
             Array2::from_elem((lesson.places.len(), 2), 0.5).view(),
             false,
         )
