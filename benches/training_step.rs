@@ -13,7 +13,7 @@ use ballmark::{
         Recipe,
         lesson::Lesson,
         objective::{Objective, equal_weights},
-        optimiser::in_place::InPlace,
+        optimiser::InPlace,
         prior_operator::PriorOperator,
         recipe::{DescentConfig, Optimiser, Scale},
         trainer::Trainer,

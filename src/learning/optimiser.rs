@@ -1,6 +1,8 @@
 //! One step down the gradient, with a state that can be written down and taken up again to the bit.
 
-pub mod in_place;
+mod in_place;
+
+pub use in_place::InPlace;
 
 use super::{
     line_search::line_search,

@@ -125,23 +125,41 @@ fn append(joined: &mut Columns, next: Columns) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{seed::Seed, world::corridor};
+    use crate::geometry::Pose;
+    use ndarray::Array2;
 
-    fn recording(seed: u64) -> Recording {
-        let config = corridor::CorridorConfig {
-            runs: 2,
-            spacing_m: 2.0,
-            ..Default::default()
+    /// Two runs of five snapshots along a route, with a reading that never returned.
+    fn recording(shift: f32) -> Recording {
+        let laser = Channel {
+            name: "laser".into(),
+            width: 2,
+            unit: "m".into(),
+            bearing_rad: Some(vec![0.0, 1.0]),
+            maximum: Some(10.0 + f64::from(shift)),
         };
-        corridor::thrun1998(Seed(seed), &config).unwrap()
+        let pose: Vec<Pose> = (0..10).map(|k| Pose::new(f64::from(k), 0.0, 0.0)).collect();
+        let mut values = Array2::from_shape_fn((10, 2), |(k, c)| (k + c) as f32 + shift);
+        values[[3, 1]] = f32::NAN;
+        Recording::new(Columns {
+            channels: vec![laser],
+            values,
+            stamp_s: (0..10).map(f64::from).collect(),
+            odometry: pose.clone(),
+            pose,
+            run: (0..10).map(|k| k / 5 - 1).collect(),
+            route_m: Some((0..10).map(|k| f64::from(k) + f64::from(shift)).collect()),
+            ..Columns::default()
+        })
+        .unwrap()
     }
 
     #[test]
     fn nothing_is_lost_and_no_run_runs_into_another() {
-        let (a, b) = (recording(1), recording(2));
+        let (a, b) = (recording(0.0), recording(0.5));
         let both = Recording::joined(vec![a.clone(), b.clone(), a.clone()]).unwrap();
         assert_eq!(both.len(), 2 * a.len() + b.len());
         assert_eq!(both.runs().len(), 6);
+        assert_eq!(both.channels()[0].maximum, Some(10.5));
         assert_eq!(both.snapshot(a.len()).pose, b.snapshot(0).pose);
         assert_eq!(
             both.route_m().unwrap()[a.len() + 3],
@@ -155,10 +173,10 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_named() {
         let told = |change: &dyn Fn(&mut Columns)| {
-            let mut columns = recording(2).into_columns();
+            let mut columns = recording(0.5).into_columns();
             change(&mut columns);
             let other = Recording::new(columns).unwrap();
-            Recording::joined(vec![recording(1), other])
+            Recording::joined(vec![recording(0.0), other])
                 .unwrap_err()
                 .to_string()
         };

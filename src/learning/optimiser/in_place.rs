@@ -15,7 +15,7 @@ const EPSILON: f32 = 1e-8;
 /// A rule for steps, and every parameter's memory as numbers in row order.
 ///
 /// ```
-/// use ballmark::{detector::net::{NetConfig, Weights}, learning::{optimiser::in_place::InPlace, recipe::DescentConfig}, seed::Seed};
+/// use ballmark::{detector::net::{NetConfig, Weights}, learning::{optimiser::InPlace, recipe::DescentConfig}, seed::Seed};
 ///
 /// let mut weights = Weights::random(&NetConfig::thrun1998(), 3, 2, &mut Seed(1).stream("doc"));
 /// let gradient = weights.clone(); // of E = Σ w²/2
