@@ -2,6 +2,8 @@
 
 pub mod in_place;
 
+pub use in_place::InPlace;
+
 use super::{
     line_search::line_search,
     recipe::{DescentConfig, Optimiser},

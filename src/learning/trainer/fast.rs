@@ -23,7 +23,7 @@ use crate::{
     learning::{
         checkpoint::Checkpoint,
         lesson::Lesson,
-        optimiser::in_place::InPlace,
+        optimiser::InPlace,
         recipe::{Optimiser, Recipe},
         task::Workspace,
     },
