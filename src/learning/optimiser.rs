@@ -4,6 +4,8 @@ mod in_place;
 
 pub use in_place::InPlace;
 
+pub use in_place::InPlace;
+
 use super::{
     line_search::line_search,
     recipe::{DescentConfig, Optimiser},

@@ -2,7 +2,7 @@
 
 use super::{
     Block, Noise,
-    kernel::{self, BLOCK, Matrix, Task, lanes},
+    kernel::{self, BLOCK, Matrix, STEP, Task, lanes},
     squash,
 };
 use crate::detector::net::Activation;
@@ -80,20 +80,23 @@ impl Task for Forward<'_> {
         let features = self.out.ncols();
         for start in (0..share.rows).step_by(CHUNK) {
             let rows = start..(start + CHUNK).min(share.rows);
-            self.source
-                .read(rows.clone(), self.layers[0].stride_in, &mut share.inputs[0]);
+            let there = self.source.there(rows.clone());
+            if there.is_none() {
+                let stride = self.layers[0].stride_in;
+                self.source.read(rows.clone(), stride, &mut share.inputs[0]);
+            }
             for (at, block) in self.layers.iter().enumerate() {
                 let stride = block.stride_out;
                 let (before, after) = share.inputs.split_at_mut(at + 1);
-                let inputs = match at {
-                    0 => &before[0][..],
-                    _ => &before[at][rows.start * block.stride_in..],
+                let inputs = match (at, there) {
+                    (0, Some(inputs)) => inputs,
+                    (0, None) => Matrix::new(&before[0], block.stride_in),
+                    _ => Matrix::new(&before[at][rows.start * block.stride_in..], block.stride_in),
                 };
                 let sums = match after.first_mut() {
                     Some(next) => &mut next[rows.start * stride..rows.end * stride],
                     None => &mut share.sums[..rows.len() * stride],
                 };
-                let inputs = Matrix::new(inputs, block.stride_in);
                 let weight = Matrix::new(&block.weight, stride);
                 kernel::product::<S, L>(inputs, weight, Some(&block.bias), sums);
                 if at + 1 < self.layers.len() {
@@ -127,7 +130,20 @@ pub struct Source<'a> {
     pub position: usize,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    /// The inputs of some rows where they lie, if a product can take them from there.
+    #[inline(always)]
+    fn there(&self, rows: Range<usize>) -> Option<Matrix<'a>> {
+        let fits = self.noise.is_none() && self.width > 0 && self.width.is_multiple_of(STEP);
+        let inputs = self
+            .inputs
+            .get(rows.start * self.width..rows.end * self.width)?;
+        match fits {
+            true => Some(Matrix::new(inputs, self.width)),
+            false => None,
+        }
+    }
+
     /// Copies the inputs of some rows to the front, with their noise; those of rows that are no snapshots are 0.
     #[inline(always)]
     fn read(&self, rows: Range<usize>, stride: usize, to: &mut [f32]) {
