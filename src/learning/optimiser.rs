@@ -4,8 +4,6 @@ mod in_place;
 
 pub use in_place::InPlace;
 
-pub use in_place::InPlace;
-
 use super::{
     line_search::line_search,
     recipe::{DescentConfig, Optimiser},

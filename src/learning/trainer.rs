@@ -8,12 +8,12 @@ use super::{
     task::Workspace,
 };
 use crate::{
-    detector::net::{Nets, Weights, values},
+    detector::net::{Nets, Weights},
     error::{Error, Result},
     seed::Seed,
 };
-use burn::tensor::{Device, Tensor, TensorData};
-use ndarray::{Array2, ArrayView2};
+use burn::tensor::{Device, Tensor};
+use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -23,6 +23,7 @@ pub use pseudo_patterns::PseudoPatterns;
 pub use restarts::{remove_checkpoints, train, train_on};
 use stage::put_features;
 pub use stage::{Stage, of_features};
+use tensors::{array, limited, tensor};
 
 /// What training says while it runs.
 #[derive(Debug, Clone, Copy)]
@@ -374,41 +375,11 @@ fn no_number(step: usize) -> Error {
     ))
 }
 
-fn tensor(array: ArrayView2<f32>, device: &Device) -> Tensor<2> {
-    let shape = [array.nrows(), array.ncols()];
-    Tensor::from_data(
-        TensorData::new(array.iter().copied().collect::<Vec<f32>>(), shape),
-        device,
-    )
-}
-
-fn array(tensor: Tensor<2>) -> Result<Array2<f32>> {
-    let [rows, columns] = tensor.dims();
-    Array2::from_shape_vec((rows, columns), values(tensor)?).map_err(|e| Error::work(e.to_string()))
-}
-
-/// Gradients shortened to a length of `limit` over all of them, where they are longer; 0: as they are.
-fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3>>> {
-    if limit == 0.0 {
-        return Ok(slopes);
-    }
-    let mut squares = 0.0;
-    for slope in &slopes {
-        let slope = values(slope.clone())?;
-        squares += slope.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>();
-    }
-    let length = squares.sqrt();
-    if length <= limit {
-        return Ok(slopes);
-    }
-    let shorten = |slope: Tensor<3>| slope.mul_scalar(limit / length);
-    Ok(slopes.into_iter().map(shorten).collect())
-}
-
 mod batch;
 mod fast;
 mod pseudo_patterns;
 mod restarts;
 mod stage;
+mod tensors;
 #[cfg(test)]
 mod tests;

@@ -5,8 +5,7 @@
 //! outputs they were made from, this error has the objective's own gradient: the first step of a series is the plain one
 //! (eq. 44), of the same length, and a series of one step is plain descent to the bit.
 
-use super::values;
-use crate::error::Result;
+use crate::{detector::net::values, error::Result};
 use burn::tensor::Tensor;
 
 /// Targets for the outputs of the networks that learn. Kept in two parts, since ∂E/∂g can be far smaller than g.

@@ -1,6 +1,7 @@
 //! Thrun's (1998) own ways of training: pseudo-patterns, conjugate gradients, sequential, online and mini-batch.
 
 use super::*;
+use crate::detector::net::values;
 
 /// Momentum on the objective as printed, at a rate that gets somewhere in little time.
 fn thrun() -> Recipe {
