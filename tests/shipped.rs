@@ -93,8 +93,8 @@ fn held_out(model: &Model, recording: &Recording, prior: Uncertainty) -> f64 {
         .and_then(|map| map.from_neighbours(&near))
         .expect("a map");
     let truths = parts.places.select(&truths);
-    let score = held_out::by_features(prior, (&truths, answers.view()), (&candidates, &map));
-    score.expect("few features").error_reduction
+    let score = held_out::by_mean_field(prior, (&truths, answers.view()), (&candidates, &map));
+    score.error_reduction
 }
 
 fn card(name: &str) {

@@ -114,7 +114,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
 }
 
 /// Steps of each of the demo's two trainings.
-const STEPS: usize = 1500;
+const STEPS: usize = 2500;
 
 fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording) -> Result<Model> {
     let mut recipe = Recipe {
