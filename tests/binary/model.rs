@@ -119,13 +119,23 @@ fn an_npz_that_claims_or_lacks_something_is_refused_by_the_array() {
     let header = serde_json::to_string(&model.header).unwrap();
     let weight = ndarray::Array2::<f32>::zeros((6, 8));
     let many = header.replace("\"features\":2", "\"features\":1000000000");
-    let wide = header.replace("\"hidden\":[6]", "\"hidden\":[9000000000000]");
+    let wide = header.replace("\"trunk\":[256,128]", "\"trunk\":[9000000000000]");
     assert!(many != header && wide != header);
     for (meta, name, fault) in [
         (
             Some(&header),
             "filter.0.0.weight",
-            "array `filter.0.0.bias`: missing",
+            "array `filter.trunk.0.weight`: missing",
+        ),
+        (
+            Some(&header),
+            "filter.trunk.0.weight",
+            "array `filter.trunk.0.weight`: shape [6, 8]; expected [256, ",
+        ),
+        (
+            Some(&header),
+            "filter.trunk.2.weight",
+            "array `filter.trunk.2.weight`: a layout",
         ),
         (
             Some(&header),
@@ -145,7 +155,7 @@ fn an_npz_that_claims_or_lacks_something_is_refused_by_the_array() {
         (
             Some(&wide),
             "filter.0.0.weight",
-            "header: recipe: network.hidden",
+            "header: recipe: network.trunk",
         ),
         (None, "filter.0.0.weight", "array `meta`: missing"),
     ] {
