@@ -15,7 +15,7 @@ use crate::{
 use burn::tensor::{Device, Tensor};
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use batch::{Batch, Noise};
 use fast::Fast;
@@ -131,7 +131,7 @@ pub struct Trainer<'a> {
     device: Device,
     /// The lesson's inputs on the device, `[snapshot, input]`.
     inputs: Tensor<2>,
-    noise: Noise,
+    noise: Arc<Noise>,
     workspace: Workspace,
     /// Takes the steps where the networks' shape and the recipe allow; tensors take them elsewhere.
     fast: Option<Fast>,
@@ -153,7 +153,7 @@ impl<'a> Trainer<'a> {
         let mut nets = Nets::new(&weights, device);
         nets.gain = recipe.network.gain;
         Self {
-            noise: Noise::new(recipe),
+            noise: Arc::new(Noise::new(recipe)),
             workspace: Workspace::default(),
             fast: Fast::of(recipe, &weights, device),
             batch: None,
@@ -207,7 +207,24 @@ impl<'a> Trainer<'a> {
         let stage = Stage::at(recipe, step);
         let (place, first) = stage.place_in_series(recipe, step);
         let batch = self.batch_of(&stage, first)?;
+        let d = &recipe.descent;
+        if d.queries == 0 || d.sequential || d.pseudo_pattern_steps > 1 || step + 1 >= d.steps {
+            return self.step_on(batch, &stage, place);
+        }
+        // The next draw asks nothing of the weights: it is made while the networks are at work on this one.
+        let (lesson, noise, device) = (self.lesson, Arc::clone(&self.noise), self.device.clone());
+        let (stepped, next) = rayon::join(
+            || self.step_on(batch, &stage, place),
+            || Batch::new(recipe, lesson, &noise, None, step + 1, &device),
+        );
+        stepped?;
+        self.batch = Some(next?);
+        Ok(())
+    }
 
+    /// One step on a batch.
+    fn step_on(&mut self, batch: Batch, stage: &Stage, place: usize) -> Result<()> {
+        let (recipe, step) = (self.recipe, self.steps());
         let tracked = |t: &Tensor<3>| Tensor::from_inner(t.clone()).require_grad();
         let mut nets = of_features(&self.now.nets, stage.learners.clone());
         nets.weight = nets.weight.iter().map(tracked).collect();
@@ -229,7 +246,7 @@ impl<'a> Trainer<'a> {
         let moved = self.descend(&batch, nets, slopes, error)?;
         put_features(&mut self.now.nets, stage.learners.clone(), moved);
         self.batch = Some(batch);
-        if Stage::at(recipe, step + 1) != stage {
+        if Stage::at(recipe, step + 1) != *stage {
             self.now.begin_stage();
             self.batch = None;
         }
