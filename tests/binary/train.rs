@@ -393,3 +393,96 @@ fn write_with_a_nan_pose(place: &Workplace, name: &str) {
     })
     .unwrap();
 }
+
+#[test]
+fn a_recipe_by_name_holds_where_flags_and_configuration_are_silent() {
+    let place = Workplace::new();
+    toy(&place, true);
+    let told = |more: &[&str]| {
+        let call = ["--features", "2", "--steps", "3", "--json"];
+        let answer = train(&place, "m.safetensors", &[&call[..], more].concat());
+        let told: serde_json::Value =
+            serde_json::from_str(&answer.done().stdout).expect("one JSON object");
+        told["recipe"].clone()
+    };
+    let (default, paper) = (told(&[]), told(&["--recipe", "thrun1998"]));
+    assert_eq!(default, told(&["--recipe", "default"]));
+    assert_eq!(default["descent"]["objective"], "mean_field");
+    assert_eq!(paper["descent"]["objective"], "exact");
+    assert_eq!(paper["network"]["hidden"], serde_json::json!([6]));
+    assert_eq!(paper["descent"]["steps"], 3);
+    place.write(
+        "c.toml",
+        "recipe = \"thrun1998\"\n[train.network]\nhidden = [4]\n",
+    );
+    let mixed = told(&["--config", "c.toml"]);
+    assert_eq!(mixed["network"]["hidden"], serde_json::json!([4]));
+    assert_eq!(mixed["descent"], paper["descent"]);
+    let flag_first = told(&["--config", "c.toml", "--recipe", "default"]);
+    assert_eq!(flag_first["network"]["trunk"], default["network"]["trunk"]);
+    train(&place, "m.safetensors", &["--recipe", "thrun1999"])
+        .refused(2, &["--recipe", "`thrun1999`", "`default` or `thrun1998`"]);
+}
+
+#[test]
+fn learns_from_several_recordings_of_one_building() {
+    let place = Workplace::new();
+    toy(&place, false);
+    fs::rename(place.path("toy.npz"), place.path("plane.npz")).unwrap();
+    toy(&place, true);
+    fs::copy(place.path("toy.npz"), place.path("again.npz")).unwrap();
+    let call = ["train", "toy.npz", "again.npz", "-o", "m.safetensors"];
+    let short = ["--features", "2", "--steps", "3", "--json"];
+    let both = place.ballmark(&[&call[..], &short].concat());
+    let snapshots = |answer: &Answer| {
+        let told: serde_json::Value = serde_json::from_str(&answer.done().stdout).unwrap();
+        let of = |part: &str| told[part]["snapshots"].as_u64().unwrap_or(0);
+        of("train") + of("validation")
+    };
+    let alone = train(&place, "alone.safetensors", &short);
+    assert_eq!(snapshots(&both), 2 * snapshots(&alone));
+    // The baselines learn from the same recordings, named in the same order.
+    let localise = [
+        "localise",
+        "m.safetensors",
+        "plane.npz",
+        "--trained-on",
+        "toy.npz",
+        "again.npz",
+    ];
+    place
+        .ballmark(&localise)
+        .refused(1, &["plane.npz", "route"]);
+    place
+        .ballmark(&["train", "toy.npz", "plane.npz", "-o", "n.safetensors"])
+        .refused(
+            1,
+            &["toy.npz", "recording 2", "a route in some of them only"],
+        );
+    place
+        .ballmark(&["train", "toy.npz", "none.npz", "-o", "n.safetensors"])
+        .refused(1, &["none.npz", "cannot read"]);
+    assert!(!place.path("n.safetensors").exists());
+}
+
+#[test]
+fn the_best_of_several_starts_is_kept() {
+    let place = Workplace::new();
+    toy(&place, true);
+    place.write(
+        "c.toml",
+        "[train.descent]\nrestarts = 3\nvalidate_every = 5\n",
+    );
+    let reduction = |more: &[&str]| {
+        let call = ["--features", "2", "--steps", "40", "--json"];
+        let answer = train(&place, "m.safetensors", &[&call[..], more].concat());
+        let told: serde_json::Value = serde_json::from_str(&answer.done().stdout).unwrap();
+        told["validation"]["error_reduction"].as_f64().unwrap()
+    };
+    place.write("one.toml", "[train.descent]\nvalidate_every = 5\n");
+    assert!(reduction(&["--config", "c.toml"]) >= reduction(&["--config", "one.toml"]));
+    assert_eq!(
+        place.files(),
+        ["c.toml", "m.safetensors", "one.toml", "toy.csv", "toy.npz"]
+    );
+}
