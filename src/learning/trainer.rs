@@ -17,7 +17,7 @@ use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 use std::{path::Path, sync::Arc};
 
-use batch::{Batch, Noise};
+use batch::{Batch, Noise, no_number};
 use fast::Fast;
 pub use pseudo_patterns::PseudoPatterns;
 pub use restarts::{remove_checkpoints, train, train_on};
@@ -384,12 +384,6 @@ impl<'a> Trainer<'a> {
             stopped_by,
         })
     }
-}
-
-fn no_number(step: usize) -> Error {
-    Error::work(format!(
-        "the objective is no longer a number after {step} steps; expected a smaller descent.learning_rate"
-    ))
 }
 
 mod batch;

@@ -198,3 +198,9 @@ fn counted(prior_error_m: f64) -> f64 {
 fn joined<T: Clone>(axis: Axis, parts: &[ArrayView2<T>]) -> Result<Array2<T>> {
     concatenate(axis, parts).map_err(|e| Error::work(format!("parts of a step: {e}")))
 }
+
+pub(super) fn no_number(step: usize) -> Error {
+    Error::work(format!(
+        "the objective is no longer a number after {step} steps; expected a smaller descent.learning_rate"
+    ))
+}
