@@ -8,16 +8,14 @@
 use ballmark::{
     belief::{Places, Uncertainty},
     detector::device::cpu,
-    geometry::Pose,
     learning::{
         Recipe,
         lesson::Lesson,
         objective::{Objective, equal_weights},
         prior_operator::PriorOperator,
-        recipe::{Optimiser, Scale},
         trainer::Trainer,
     },
-    recording::{Channel, Columns, Recording, split::Split},
+    recording::split::Split,
     seed::Seed,
 };
 use ndarray::Array2;
@@ -28,10 +26,11 @@ use std::{
     time::{Duration, Instant},
 };
 
+mod small_networks;
+
 const SIZES: [usize; 3] = [2_400, 24_000, 240_000];
 /// 2,400 snapshots on 89 m.
 const SPACING_M: f64 = 89.0 / 2399.0;
-const INPUTS: usize = 164;
 const JOBS: [&str; 3] = ["objective", "small networks", "default recipe"];
 
 fn main() -> ExitCode {
@@ -42,7 +41,7 @@ fn main() -> ExitCode {
         let k = size.parse().expect("the parent passes a number");
         let time = match job.as_str() {
             "objective" => objective(k),
-            "small networks" => training_step(k, &small_networks()),
+            "small networks" => training_step(k, &noisy_small_networks()),
             _ => training_step(k, &Recipe::default()),
         };
         println!("{} {}", time.as_secs_f64() * 1e3, peak_kib().unwrap_or(0));
@@ -143,20 +142,16 @@ fn objective(k: usize) -> Duration {
     })
 }
 
-/// Four networks of six hidden units, all snapshots at every step.
-fn small_networks() -> Recipe {
-    let mut recipe = Recipe::thrun1998();
-    recipe.descent.optimiser = Optimiser::Adam;
-    recipe.descent.scale = Scale::PriorShare;
-    recipe.descent.learning_rate = 0.01;
-    recipe.descent.pseudo_pattern_steps = 1;
+/// Small networks, with noise on the inputs and the map in the objective.
+fn noisy_small_networks() -> Recipe {
+    let mut recipe = small_networks::recipe();
     recipe.descent.map_in_objective = true;
     recipe.augmentation.input_noise = 0.3;
     recipe
 }
 
 fn training_step(k: usize, recipe: &Recipe) -> Duration {
-    let recording = recording(k);
+    let recording = small_networks::recording(k, (k - 1) as f64 * SPACING_M);
     let everything = Split {
         train: (0..k).collect(),
         validation: Vec::new(),
@@ -171,28 +166,4 @@ fn training_step(k: usize, recipe: &Recipe) -> Duration {
     median(|| {
         trainer.step().expect("a finite objective");
     })
-}
-
-/// One drive along the route with sensors of no particular kind, which are fed to the networks as they are.
-fn recording(k: usize) -> Recording {
-    let mut random = Seed(1).stream("bench");
-    let along = |i: usize| i as f64 * SPACING_M;
-    let pose: Vec<Pose> = (0..k).map(|i| Pose::new(along(i), 0.0, 0.0)).collect();
-    Recording::new(Columns {
-        channels: vec![Channel {
-            name: "light".into(),
-            width: INPUTS,
-            unit: "lux".into(),
-            bearing_rad: None,
-            maximum: None,
-        }],
-        values: Array2::from_shape_simple_fn((k, INPUTS), || random.random_range(0.0..1.0)),
-        stamp_s: (0..k).map(|i| i as f64).collect(),
-        odometry: pose.clone(),
-        pose,
-        run: vec![0; k],
-        route_m: Some((0..k).map(along).collect()),
-        ..Columns::default()
-    })
-    .expect("columns of one length")
 }

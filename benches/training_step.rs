@@ -8,72 +8,34 @@ use ballmark::{
         net::{NetConfig, Weights},
         stacked::{Noise, Stacked},
     },
-    geometry::Pose,
     learning::{
         Recipe,
         lesson::Lesson,
         objective::{Objective, equal_weights},
         optimiser::InPlace,
         prior_operator::PriorOperator,
-        recipe::{DescentConfig, Optimiser, Scale},
+        recipe::DescentConfig,
         trainer::Trainer,
     },
-    recording::{Channel, Columns, Recording, split::Split},
+    recording::split::Split,
     seed::Seed,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use ndarray::Array2;
 use rand::RngExt;
+use small_networks::INPUTS;
+
+mod small_networks;
 
 const SNAPSHOTS: usize = 2400;
 const LENGTH_M: f64 = 89.0;
-const INPUTS: usize = 164;
-
-/// One drive along the route with sensors of no particular kind, which are fed to the networks as they are.
-fn recording() -> Recording {
-    let mut random = Seed(1).stream("bench");
-    let along = |k: usize| LENGTH_M * k as f64 / (SNAPSHOTS - 1) as f64;
-    let pose: Vec<Pose> = (0..SNAPSHOTS)
-        .map(|k| Pose::new(along(k), 0.0, 0.0))
-        .collect();
-    Recording::new(Columns {
-        channels: vec![Channel {
-            name: "light".into(),
-            width: INPUTS,
-            unit: "lux".into(),
-            bearing_rad: None,
-            maximum: None,
-        }],
-        values: Array2::from_shape_simple_fn((SNAPSHOTS, INPUTS), || random.random_range(0.0..1.0)),
-        stamp_s: (0..SNAPSHOTS).map(|k| k as f64).collect(),
-        odometry: pose.clone(),
-        pose,
-        run: vec![0; SNAPSHOTS],
-        route_m: Some((0..SNAPSHOTS).map(along).collect()),
-        ..Columns::default()
-    })
-    .expect("columns of one length")
-}
-
-/// Four networks of six hidden units, all snapshots at every step, Adam.
-fn small_networks() -> Recipe {
-    let mut recipe = Recipe::thrun1998();
-    recipe.descent = DescentConfig {
-        optimiser: Optimiser::Adam,
-        learning_rate: 0.01,
-        scale: Scale::PriorShare,
-        pseudo_pattern_steps: 1,
-        ..recipe.descent
-    };
-    recipe
-}
 
 type Change = fn(&mut Recipe);
 
 /// Whole steps, by plain arrays or by tensors. `2m` and `global` are the step that the peers' scripts take; the others do
 /// more: noise on the inputs, the map in the objective, a hundred steps on one evaluation.
 fn steps(criterion: &mut Criterion, group: &str, by_tensors: bool) {
-    let recording = recording();
+    let recording = small_networks::recording(SNAPSHOTS, LENGTH_M);
     let everything = Split {
         train: (0..SNAPSHOTS).collect(),
         validation: Vec::new(),
@@ -96,7 +58,7 @@ fn steps(criterion: &mut Criterion, group: &str, by_tensors: bool) {
     for (name, uncertainty, change) in cases {
         let mut recipe = Recipe {
             uncertainty: uncertainty.parse().expect("as users write it"),
-            ..small_networks()
+            ..small_networks::recipe()
         };
         change(&mut recipe);
         let lesson = Lesson::prepare(&recipe, &recording, &everything).expect("enough snapshots");

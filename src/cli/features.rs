@@ -15,7 +15,7 @@ use std::{fmt::Write, path::PathBuf};
 /// What each filter answers where: a CSV file, and plots beside it.
 ///
 /// Columns: index, x_m, y_m, heading_rad, f1, f2, … with f the probability that the feature is seen. Plots beside it show
-/// them along the route (F.svg), or in the plane where the dataset has no route (F.f1.svg, F.f2.svg, …).
+/// the first eight along the route (F.svg), or in the plane where the dataset has no route (F.f1.svg, F.f2.svg, …).
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark features models/corridor-2m.safetensors \\
@@ -58,6 +58,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         recording.len(),
         answers.ncols()
     );
+    if answers.ncols() > MOST_PICTURED {
+        told += &format!("plots: the first {MOST_PICTURED} features\n");
+    }
     for (name, picture) in plots(&title, &recording, &answers)? {
         let path = arguments.output.with_extension(name);
         write_text(&path, &picture)?;
@@ -66,6 +69,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     print(&told)?;
     Ok(Outcome::Done)
 }
+
+/// Features that are pictured: of a wide code, more than anybody looks at; the table has them all.
+const MOST_PICTURED: usize = 8;
 
 /// One row a snapshot.
 pub(super) fn csv(recording: &Recording, answers: &Array2<f32>) -> String {
@@ -85,16 +91,17 @@ pub(super) fn csv(recording: &Recording, answers: &Array2<f32>) -> String {
     text
 }
 
-/// Pictures, each with the ending of its name: along the route, the last run with a panel a feature; in the plane, a
-/// picture a feature.
+/// Pictures of the first [`MOST_PICTURED`] features, each with the ending of its name: along the route, the last run with a
+/// panel a feature; in the plane, a picture a feature.
 pub(super) fn plots(
     title: &str,
     recording: &Recording,
     answers: &Array2<f32>,
 ) -> Result<Vec<(String, String)>> {
+    let pictured = answers.ncols().min(MOST_PICTURED);
     let Some(route) = recording.route_m() else {
         let (x, y): (Vec<f64>, Vec<f64>) = recording.poses().iter().map(|p| (p.x_m, p.y_m)).unzip();
-        return (0..answers.ncols())
+        return (0..pictured)
             .map(|i| {
                 let values: Vec<f64> = answers.column(i).iter().map(|&f| f64::from(f)).collect();
                 let label = format!("P(f{} = 1)", i + 1);
@@ -107,7 +114,7 @@ pub(super) fn plots(
     let run = runs[runs.len() - 1].clone();
     let mut order: Vec<usize> = run.collect();
     order.sort_by(|&a, &b| route[a].total_cmp(&route[b]));
-    let panels: Vec<Panel> = (0..answers.ncols())
+    let panels: Vec<Panel> = (0..pictured)
         .map(|i| Panel {
             y_label: format!("P(f{} = 1)", i + 1),
             curves: vec![Curve {

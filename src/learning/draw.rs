@@ -6,7 +6,7 @@ use super::{
     task::Task,
 };
 use crate::{
-    belief::{Uncertainty, prior::DEFAULT_HALF_TURN_RAD},
+    belief::{Places, Uncertainty, prior::DEFAULT_HALF_TURN_RAD},
     error::{Error, Result},
     recording::{Recording, viewpoint::Moves},
     seed::{Seed, Stream},
@@ -54,10 +54,7 @@ impl Draw {
 
         let seen = lesson.seen_from_beside(&recipe.augmentation, &truths, &mut random)?;
         let (truth_inputs, truth_places) = match &seen {
-            Some(recording) => (
-                lesson.input.of(recording)?,
-                crate::belief::Places::of(recording),
-            ),
+            Some(recording) => (lesson.input.of(recording)?, Places::of(recording)),
             None => (
                 lesson.inputs.select(Axis(0), &truths),
                 lesson.places.select(&truths),
@@ -203,3 +200,6 @@ fn drop_beams(recording: Recording, share: f64, random: &mut Stream) -> Result<R
     }
     Recording::new(columns)
 }
+
+#[cfg(test)]
+mod tests;

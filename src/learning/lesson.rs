@@ -12,6 +12,7 @@ use crate::{
     recording::{Recording, split::Split, viewpoint::Views},
 };
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, CowArray, Ix2};
+use rstar::{RTree, primitives::GeomWithData};
 
 /// A snapshot outside the training part counts in a judgement if training saw a place this near …
 pub const COVERED_WITHIN_M: f64 = 0.5;
@@ -60,11 +61,7 @@ impl<'a> Lesson<'a> {
         recipe.map.nearness.check(places.len())?;
         let input = Input::fit(&recipe.input, recording, &split.train)?;
         let all_inputs = input.of(recording)?;
-        let judged = match (recipe.descent.objective, recipe.descent.queries) {
-            (Objective::MeanField, 1..) => MOST_JUDGED,
-            _ => usize::MAX,
-        };
-        let truths = evenly(places.len(), judged);
+        let truths = evenly(places.len(), most_judged(recipe));
         let task = Task::stated(recipe, &places.select(&truths), &places)?;
         if task.window_sizes().iter().all(|&size| size < 2) {
             return Err(Error::work(format!(
@@ -165,6 +162,14 @@ impl<'a> Lesson<'a> {
     }
 }
 
+/// Truths that a part is judged on; where steps descend on all of the training part, that is judged as a whole.
+fn most_judged(recipe: &Recipe) -> usize {
+    match (recipe.descent.objective, recipe.descent.queries) {
+        (Objective::MeanField, 1..) => MOST_JUDGED,
+        _ => usize::MAX,
+    }
+}
+
 /// At most so many of the numbers below `count`, evenly spaced.
 fn evenly(count: usize, most: usize) -> Vec<usize> {
     match count <= most {
@@ -182,6 +187,8 @@ impl Exam {
         validation: &[usize],
     ) -> Result<Option<Self>> {
         let covered = covered(all_places, validation, places);
+        let judged = evenly(covered.len(), most_judged(recipe));
+        let covered: Vec<usize> = judged.into_iter().map(|i| covered[i]).collect();
         let sizes = Task::stated(recipe, &all_places.select(&covered), places)?.window_sizes();
         let counted: Vec<usize> = covered
             .into_iter()
@@ -205,13 +212,19 @@ impl Exam {
 
 /// Those of some snapshots that have a training place within [`COVERED_WITHIN_M`] and [`COVERED_WITHIN_RAD`].
 pub fn covered(all: &Places, snapshots: &[usize], training: &Places) -> Vec<usize> {
+    let at = |places: &Places, k: usize| match places {
+        Places::Route(route) => [route[k], 0.0],
+        Places::Plane(poses) => [poses[k].x_m, poses[k].y_m],
+    };
+    let entry = |t| GeomWithData::new(at(training, t), t);
+    let tree = RTree::bulk_load((0..training.len()).map(entry).collect());
     let near = |k: usize, t: usize| {
         all.distance_m(k, training, t) < COVERED_WITHIN_M
             && all.turn_rad(k, training, t) < COVERED_WITHIN_RAD
     };
-    snapshots
-        .iter()
-        .copied()
-        .filter(|&k| (0..training.len()).any(|t| near(k, t)))
-        .collect()
+    let is_covered = |k: &usize| {
+        tree.locate_within_distance(at(all, *k), COVERED_WITHIN_M * COVERED_WITHIN_M)
+            .any(|found| near(*k, found.data))
+    };
+    snapshots.iter().copied().filter(is_covered).collect()
 }

@@ -50,10 +50,10 @@ pub fn evaluate(
     truth: ArrayView2<f32>,
     map: ArrayView2<f32>,
     weight: ArrayView1<f64>,
-) -> Evaluation {
+) -> Evaluation<f32> {
     let map = LogMap::of(map);
     let mut slope = Array2::<f32>::zeros((truth.nrows(), map.m.nrows())); // R: [truth, candidate]
-    let mut truth_gradient = Array2::<f64>::zeros(truth.raw_dim());
+    let mut truth_gradient = Array2::<f32>::zeros(truth.raw_dim());
     let mut error_m = vec![0.0; truth.nrows()];
     slope
         .axis_chunks_iter_mut(Axis(0), ROWS)
@@ -63,9 +63,9 @@ pub fn evaluate(
         .enumerate()
         .for_each(|(block, ((slope, mut gradient), error_m))| {
             let slope = map.descend(priors, truth, weight, block * ROWS, slope, error_m);
-            gradient.assign(&slope.dot(&map.log_odds).mapv(f64::from));
+            gradient.assign(&slope.dot(&map.log_odds));
         });
-    let mut map_gradient = Array2::<f64>::zeros(map.m.raw_dim());
+    let mut map_gradient = Array2::<f32>::zeros(map.m.raw_dim());
     map_gradient
         .axis_chunks_iter_mut(Axis(0), ROWS)
         .into_par_iter()
@@ -78,7 +78,7 @@ pub fn evaluate(
             for (row, mut gradient) in gradient.rows_mut().into_iter().enumerate() {
                 let m = map.m.row(block * ROWS + row);
                 for ((out, &m), &on) in gradient.iter_mut().zip(&m).zip(on.row(row)) {
-                    *out = f64::from(on / m - (all[row] - on) / (1.0 - m));
+                    *out = on / m - (all[row] - on) / (1.0 - m);
                 }
             }
         });

@@ -152,13 +152,7 @@ impl Task {
                 exact.evaluate(operator, truth, map, weight.view())?
             }
             Joined::MeanField(priors, weight) => {
-                let e = mean_field::evaluate(priors, truth, map, weight.view());
-                *wide = Evaluation {
-                    prior_error_m: e.prior_error_m,
-                    posterior_error_m: e.posterior_error_m,
-                    truth_gradient: e.truth_gradient.mapv(|g| g as f32),
-                    map_gradient: e.map_gradient.mapv(|g| g as f32),
-                };
+                *wide = mean_field::evaluate(priors, truth, map, weight.view());
                 wide
             }
         };

@@ -255,6 +255,29 @@ fn features_are_one_row_a_snapshot_between_0_and_1() {
 }
 
 #[test]
+fn of_a_wide_code_the_table_has_every_feature_and_the_plot_the_first_eight() {
+    let place = Workplace::new();
+    let data = shipped("datasets/corridor-small.npz");
+    let train = [
+        "train",
+        &data,
+        "-o",
+        "m.safetensors",
+        "--features",
+        "11",
+        "--steps",
+        "3",
+    ];
+    place.ballmark(&train).done();
+    let answer = place.ballmark(&["features", "m.safetensors", &data, "-o", "f.csv"]);
+    assert!(answer.done().stdout.contains("plots: the first 8 features"));
+    let read = |name| std::fs::read_to_string(place.path(name)).unwrap();
+    assert!(read("f.csv").lines().next().unwrap().ends_with(",f10,f11"));
+    let plot = read("f.svg");
+    assert!(plot.contains("P(f8 = 1)") && !plot.contains("P(f9 = 1)"));
+}
+
+#[test]
 fn the_demo_goes_all_the_way() {
     let place = Workplace::new();
     let answer = place.ballmark(&["demo", "--toy", "--out", "here"]);

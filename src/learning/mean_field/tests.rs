@@ -49,7 +49,7 @@ fn gradients_are_central_differences() {
         };
         let difference = (moved(h) - moved(-h)) / (2.0 * f64::from(h));
         assert!(
-            (difference - e.truth_gradient[at]).abs() < 2e-4,
+            (difference - f64::from(e.truth_gradient[at])).abs() < 2e-4,
             "{at:?}: {difference}"
         );
     }
@@ -61,7 +61,7 @@ fn gradients_are_central_differences() {
         };
         let difference = (moved(h) - moved(-h)) / (2.0 * f64::from(h));
         assert!(
-            (difference - e.map_gradient[at]).abs() < 2e-4,
+            (difference - f64::from(e.map_gradient[at])).abs() < 2e-4,
             "{at:?}: {difference}"
         );
     }

@@ -244,17 +244,16 @@ fn resumes(recipe: &Recipe) {
     assert!(other.unwrap_err().to_string().contains("another training"));
 }
 
+/// What training ends in where so many threads work.
+fn with_threads(threads: usize, recipe: &Recipe) -> Weights {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.unwrap().install(|| trained(recipe).weights)
+}
+
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let in_pool = |threads: usize, recipe: &Recipe| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| trained(recipe).weights)
-    };
     for recipe in [recipe(), recipe_in_draws()] {
-        assert_eq!(in_pool(1, &recipe), in_pool(4, &recipe));
+        assert_eq!(with_threads(1, &recipe), with_threads(4, &recipe));
     }
 }
 

@@ -123,13 +123,9 @@ fn every_mode_resumes_to_the_same_bits() {
 
 #[test]
 fn no_mode_depends_on_the_number_of_threads() {
-    let in_pool = |threads: usize, recipe: &Recipe| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap().install(|| trained(recipe).weights)
-    };
     for (name, mut recipe) in modes() {
         recipe.descent.steps = 30;
-        assert_eq!(in_pool(1, &recipe), in_pool(4, &recipe), "{name}");
+        assert_eq!(with_threads(1, &recipe), with_threads(4, &recipe), "{name}");
     }
 }
 
