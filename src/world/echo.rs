@@ -3,7 +3,7 @@
 //! Surfaces are mirrors beyond their critical angle; right-angled corners throw sound back to the sender (Kuc & Siegel,
 //! *Physically based simulation model for acoustic sensor robot navigation*, 1987).
 
-use super::{Raycaster, SonarConfig};
+use super::{SonarConfig, Surroundings};
 use crate::geometry::Pose;
 use nalgebra::{Point2, Vector2};
 
@@ -14,7 +14,7 @@ const STEP_BACK_M: f64 = 1e-6;
 /// The nearest echo, in metres from the transducer: the one mounted at `mounted_rad` on the robot's rim while its cone
 /// points along `bearing_rad`, both in the robot's frame.
 pub(super) fn nearest_echo_m(
-    caster: &Raycaster,
+    around: &Surroundings,
     sonar: &SonarConfig,
     pose: &Pose,
     mounted_rad: f64,
@@ -31,7 +31,7 @@ pub(super) fn nearest_echo_m(
             ray as f64 / last - 0.5
         };
         ray_echo_m(
-            caster,
+            around,
             sonar,
             &transducer,
             unit(axis_rad + share * sonar.opening_rad),
@@ -42,7 +42,7 @@ pub(super) fn nearest_echo_m(
 
 /// Follows one ray until it comes back: half the way it made, if that is still heard.
 fn ray_echo_m(
-    caster: &Raycaster,
+    around: &Surroundings,
     sonar: &SonarConfig,
     transducer: &Point2<f64>,
     mut direction: Vector2<f64>,
@@ -51,7 +51,7 @@ fn ray_echo_m(
     let mut way_m = 0.0;
     let mut heard_to_m = sonar.maximum_m;
     for reflected in 0..=sonar.reflections {
-        let hit = caster.cast(&origin, &direction, 2.0 * sonar.maximum_m);
+        let hit = around.cast(&origin, &direction, 2.0 * sonar.maximum_m, sonar.height_m);
         // Two mirrors may have turned the ray back to where it came from: a corner.
         if reflected >= 2 {
             let back = transducer - origin;
@@ -64,7 +64,7 @@ fn ray_echo_m(
             }
         }
         let hit = hit?;
-        let material = caster.plan().walls()[hit.wall].material;
+        let material = around.wall(&hit).material;
         way_m += hit.distance_m;
         heard_to_m *= material.reflectivity;
         if way_m >= 2.0 * heard_to_m {
@@ -87,17 +87,20 @@ fn unit(angle_rad: f64) -> Vector2<f64> {
 mod tests {
     use super::*;
     use crate::world::{
-        FloorPlan, Material, Opening, OpeningKind, Room, Sonar, Wall, WallLine, floor_plan::round,
+        FloorPlan, Material, Opening, OpeningKind, Raycaster, Room, Sonar, Wall, WallLine,
+        floor_plan::round,
     };
     use std::f64::consts::PI;
 
     const MIRROR: Material = Material {
         reflectivity: 1.0,
         critical_angle_rad: 0.1,
+        ..Material::PLAIN
     };
     const ROUGH: Material = Material {
         reflectivity: 1.0,
         critical_angle_rad: 0.35,
+        ..Material::PLAIN
     };
 
     fn sonar() -> Sonar {
@@ -116,7 +119,11 @@ mod tests {
 
     /// What the sonar straight ahead hears from a place.
     fn ahead_m(walls: Vec<Wall>, pose: Pose) -> Option<f64> {
-        sonar().echo_m(&Raycaster::new(FloorPlan::new(walls).unwrap()), &pose, 0)
+        sonar().echo_m(
+            &(&Raycaster::new(FloorPlan::new(walls).unwrap())).into(),
+            &pose,
+            0,
+        )
     }
 
     #[test]

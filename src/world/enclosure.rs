@@ -18,7 +18,7 @@ const DRY: u32 = u32::MAX;
 /// ```
 /// use ballmark::world::{enclosure::check_enclosed, FloorPlan, Material, floor_plan::round};
 /// use nalgebra::Point2;
-/// let brick = Material { reflectivity: 1.0, critical_angle_rad: 0.5 };
+/// let brick = Material { reflectivity: 1.0, critical_angle_rad: 0.5, ..Material::PLAIN };
 /// let mut tower = round(Point2::origin(), 3.0, 12, brick);
 /// check_enclosed(&FloorPlan::new(tower.clone())?, &Point2::origin(), 0.25)?;
 /// tower.pop(); // a wall falls
@@ -151,6 +151,7 @@ mod tests {
     const BRICK: Material = Material {
         reflectivity: 1.0,
         critical_angle_rad: 0.5,
+        ..Material::PLAIN
     };
 
     /// A room of 6 × 4 m with a gap of that width in its right wall, in the middle.

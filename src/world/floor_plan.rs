@@ -1,17 +1,18 @@
 //! A floor plan: walls as segments in the plane, each of a material that says how sound comes back from it.
 
+use super::Look;
 use crate::error::{Error, Result};
 use nalgebra::{Point2, Vector2};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// How a surface answers to ultrasound.
+/// How a surface answers to ultrasound and to light.
 ///
 /// A surface that is smooth against the wavelength (7 mm at 50 kHz) is a mirror: it throws sound back to the sender
 /// only where it is met nearly head-on (Kuc & Siegel, *Physically based simulation model for acoustic sensor robot
 /// navigation*, 1987). Roughness widens the angle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Material {
     /// Share of the sensor's maximum range up to which an echo off this surface is still heard, in (0, 1]. Several
     /// surfaces on one way multiply.
@@ -19,6 +20,26 @@ pub struct Material {
     /// Largest angle between a ray and the surface's normal at which sound comes back, in (0, π/2] radians. Beyond it
     /// the surface is a mirror.
     pub critical_angle_rad: f64,
+    /// Share of infrared light that it throws back, in [0, 1].
+    pub infrared: f64,
+    /// What a camera sees of it.
+    pub look: Look,
+}
+
+impl Material {
+    /// Light plaster: smooth to sound, pale and bare to a camera. Other materials say how they differ from it.
+    pub const PLAIN: Self = Self {
+        reflectivity: 0.9,
+        critical_angle_rad: 0.2,
+        infrared: 0.7,
+        look: Look::PLAIN,
+    };
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self::PLAIN
+    }
 }
 
 /// A straight wall, seen from both sides.
@@ -30,12 +51,36 @@ pub struct Wall {
     pub to: Point2<f64>,
     /// What it is made of.
     pub material: Material,
+    /// Where it begins above the floor, metres.
+    pub low_m: f64,
+    /// Where it ends, metres; ∞: at the ceiling.
+    pub high_m: f64,
 }
 
 impl Wall {
-    /// A wall from one point to another.
+    /// A wall from one point to another, from the floor to the ceiling.
     pub fn new(from: Point2<f64>, to: Point2<f64>, material: Material) -> Self {
-        Self { from, to, material }
+        Self {
+            from,
+            to,
+            material,
+            low_m: 0.0,
+            high_m: f64::INFINITY,
+        }
+    }
+
+    /// The same wall between two heights above the floor: a bin, a bench, the pane of a window.
+    pub fn between(self, low_m: f64, high_m: f64) -> Self {
+        Self {
+            low_m,
+            high_m,
+            ..self
+        }
+    }
+
+    /// Does it stand in the way at this height above the floor?
+    pub fn stands_at(&self, height_m: f64) -> bool {
+        (self.low_m..self.high_m).contains(&height_m)
     }
 
     /// Distance of a point to the nearest point of the wall, in metres.
@@ -51,7 +96,7 @@ impl Wall {
 /// ```
 /// use ballmark::world::{FloorPlan, Material, Wall};
 /// use nalgebra::Point2;
-/// let plaster = Material { reflectivity: 0.9, critical_angle_rad: 0.2 };
+/// let plaster = Material { reflectivity: 0.9, critical_angle_rad: 0.2, ..Material::PLAIN };
 /// let plan = FloorPlan::new(vec![Wall::new(Point2::new(0.0, 0.0), Point2::new(4.0, 0.0), plaster)])?;
 /// assert_eq!(plan.clearance_m(&Point2::new(1.0, 3.0)), 3.0);
 /// assert_eq!(plan.clearance_m(&Point2::new(7.0, 4.0)), 5.0);
@@ -87,7 +132,21 @@ impl FloorPlan {
             let Material {
                 reflectivity,
                 critical_angle_rad,
+                infrared,
+                look,
             } = wall.material;
+            if !(wall.low_m >= 0.0 && wall.low_m < wall.high_m) {
+                return wrong(format!(
+                    "stands from {} to {} m above the floor; expected a stretch upwards",
+                    wall.low_m, wall.high_m
+                ));
+            }
+            if !(0.0..=1.0).contains(&infrared) {
+                return wrong(format!("infrared {infrared}; expected 0 to 1"));
+            }
+            if let Err(fault) = look.check() {
+                return wrong(fault);
+            }
             if !(reflectivity > 0.0 && reflectivity <= 1.0) {
                 return wrong(format!(
                     "reflectivity {reflectivity}; expected above 0, up to 1"
@@ -132,7 +191,7 @@ impl FloorPlan {
 /// ```
 /// # use ballmark::world::{floor_plan::round, Material};
 /// # use nalgebra::Point2;
-/// let plastic = Material { reflectivity: 0.8, critical_angle_rad: 0.5 };
+/// let plastic = Material { reflectivity: 0.8, critical_angle_rad: 0.5, ..Material::PLAIN };
 /// assert_eq!(round(Point2::new(1.0, 2.0), 0.2, 8, plastic).len(), 8);
 /// ```
 pub fn round(centre: Point2<f64>, radius_m: f64, faces: usize, material: Material) -> Vec<Wall> {
@@ -152,6 +211,7 @@ mod tests {
     const PLASTER: Material = Material {
         reflectivity: 0.9,
         critical_angle_rad: 0.2,
+        ..Material::PLAIN
     };
 
     fn plan_error(from: [f64; 2], to: [f64; 2], material: Material) -> String {

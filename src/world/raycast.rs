@@ -16,6 +16,32 @@ pub struct Hit {
     pub cos_incidence: f64,
 }
 
+impl Hit {
+    /// Where a ray meets a wall of this index, if it does.
+    pub(super) fn of(
+        wall: &Wall,
+        index: usize,
+        origin: &Point2<f64>,
+        direction: &Vector2<f64>,
+    ) -> Option<Self> {
+        let distance_m = meet(wall, origin, direction)?;
+        Some(Self::at(wall, index, direction, distance_m))
+    }
+
+    fn at(wall: &Wall, index: usize, direction: &Vector2<f64>, distance_m: f64) -> Self {
+        let along = (wall.to - wall.from).normalize();
+        let left = Vector2::new(-along.y, along.x);
+        let cosine = left.dot(direction);
+        let normal = if cosine > 0.0 { -left } else { left };
+        Self {
+            distance_m,
+            wall: index,
+            normal,
+            cos_incidence: cosine.abs(),
+        }
+    }
+}
+
 /// A floor plan made ready for many rays.
 ///
 /// The cells are walked in the order a ray passes them (Amanatides & Woo, *A fast voxel traversal algorithm for ray
@@ -24,7 +50,7 @@ pub struct Hit {
 /// ```
 /// use ballmark::world::{FloorPlan, Material, Raycaster, Wall};
 /// use nalgebra::{Point2, Vector2};
-/// let plaster = Material { reflectivity: 0.9, critical_angle_rad: 0.2 };
+/// let plaster = Material { reflectivity: 0.9, critical_angle_rad: 0.2, ..Material::PLAIN };
 /// let wall = Wall::new(Point2::new(3.0, -1.0), Point2::new(3.0, 1.0), plaster);
 /// let caster = Raycaster::new(FloorPlan::new(vec![wall])?);
 /// let hit = caster.cast(&Point2::origin(), &Vector2::x(), 10.0).unwrap();
@@ -90,6 +116,17 @@ impl Raycaster {
         direction: &Vector2<f64>,
         reach_m: f64,
     ) -> Option<Hit> {
+        self.cast_at(origin, direction, reach_m, |_| true)
+    }
+
+    /// The same among those walls only that `counts` picks.
+    pub fn cast_at(
+        &self,
+        origin: &Point2<f64>,
+        direction: &Vector2<f64>,
+        reach_m: f64,
+        counts: impl Fn(&Wall) -> bool,
+    ) -> Option<Hit> {
         let (enter_m, leave_m) = self.crossing(origin, direction)?;
         let entry = origin + direction * enter_m - self.low;
         let (mut column, mut row) = (self.column(entry.x), self.row(entry.y));
@@ -98,7 +135,9 @@ impl Raycaster {
         let mut nearest: Option<(f64, usize)> = None;
         loop {
             for &wall in &self.cells[row * self.columns + column] {
-                let found = meet(&self.plan.walls()[wall as usize], origin, direction)
+                let met = &self.plan.walls()[wall as usize];
+                let found = meet(met, origin, direction)
+                    .filter(|_| counts(met))
                     .map(|distance_m| (distance_m, wall as usize))
                     .filter(|found| found.0 <= reach_m);
                 if found.is_some_and(|found| nearest.is_none_or(|best| found < best)) {
@@ -120,21 +159,9 @@ impl Raycaster {
                 break;
             }
         }
-        nearest.map(|(distance_m, wall)| self.hit(wall, direction, distance_m))
-    }
-
-    fn hit(&self, wall: usize, direction: &Vector2<f64>, distance_m: f64) -> Hit {
-        let Wall { from, to, .. } = self.plan.walls()[wall];
-        let along = (to - from).normalize();
-        let left = Vector2::new(-along.y, along.x);
-        let cosine = left.dot(direction);
-        let normal = if cosine > 0.0 { -left } else { left };
-        Hit {
-            distance_m,
-            wall,
-            normal,
-            cos_incidence: cosine.abs(),
-        }
+        nearest.map(|(distance_m, wall)| {
+            Hit::at(&self.plan.walls()[wall], wall, direction, distance_m)
+        })
     }
 
     /// Enters a wall into every cell it touches, column by column.
@@ -241,6 +268,7 @@ mod tests {
     const PLASTER: Material = Material {
         reflectivity: 0.9,
         critical_angle_rad: 0.2,
+        ..Material::PLAIN
     };
 
     fn nearest_of_all(

@@ -77,7 +77,11 @@ pub fn simulate(
         .flat_map_iter(|&(run, stop)| {
             // Both are below 2^32: see MOST_SNAPSHOTS.
             let mut noise = seed.numbered_stream("world/sonar", (run as u64) << 32 | stop as u64);
-            sonar.read(&drives[run].0, &drives[run].1[stop].pose, &mut noise)
+            sonar.read(
+                &(&drives[run].0).into(),
+                &drives[run].1[stop].pose,
+                &mut noise,
+            )
         })
         .collect();
     let run_s = 2.0 * route.length_m() / robot.speed_m_per_s + PAUSE_S;
@@ -131,6 +135,7 @@ mod tests {
     const BRICK: Material = Material {
         reflectivity: 1.0,
         critical_angle_rad: 0.5,
+        ..Material::PLAIN
     };
 
     /// A bare room of 10 × 4 m, its corners joined by `walls` of the four sides, and a straight route through it.

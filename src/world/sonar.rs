@@ -1,6 +1,6 @@
 //! A ring of sonars: cones of rays that come back from surfaces met head-on, from corners, or not at all.
 
-use super::{Raycaster, echo::nearest_echo_m};
+use super::{Surroundings, echo::nearest_echo_m};
 use crate::{
     error::{Error, Result},
     geometry::{Pose, wrapped},
@@ -20,6 +20,8 @@ pub struct SonarConfig {
     pub beams: usize,
     /// Distance of the transducers from the robot's centre, metres; ranges count from the transducer.
     pub ring_radius_m: f64,
+    /// Height of the ring above the floor, metres.
+    pub height_m: f64,
     /// Full opening of the cone, radians.
     pub opening_rad: f64,
     /// Rays that sample the cone, evenly from edge to edge.
@@ -53,6 +55,7 @@ impl Default for SonarConfig {
         Self {
             beams: 24,
             ring_radius_m: 0.26,
+            height_m: 0.6,
             opening_rad: 25_f64.to_radians(),
             rays: 17,
             axis_sd_rad: 0.04,
@@ -79,10 +82,10 @@ const MOST: usize = 10_000;
 /// ```
 /// use ballmark::{geometry::Pose, world::{floor_plan::round, FloorPlan, Material, Raycaster, Sonar, SonarConfig}};
 /// use nalgebra::Point2;
-/// let brick = Material { reflectivity: 1.0, critical_angle_rad: 0.3 };
+/// let brick = Material { reflectivity: 1.0, critical_angle_rad: 0.3, ..Material::PLAIN };
 /// let caster = Raycaster::new(FloorPlan::new(round(Point2::origin(), 3.0, 48, brick))?);
 /// let sonar = Sonar::new(SonarConfig::default())?;
-/// let ahead_m = sonar.echo_m(&caster, &Pose::default(), 0).unwrap();
+/// let ahead_m = sonar.echo_m(&(&caster).into(), &Pose::default(), 0).unwrap();
 /// assert!((ahead_m - (3.0 - 0.26)).abs() < 0.01); // the tower's wall, from the transducer
 /// # Ok::<(), ballmark::Error>(())
 /// ```
@@ -167,13 +170,13 @@ impl Sonar {
     }
 
     /// One reading of every sonar at a pose, with noise: metres, NaN = no return.
-    pub fn read(&self, caster: &Raycaster, pose: &Pose, random: &mut impl Rng) -> Vec<f32> {
+    pub fn read(&self, around: &Surroundings, pose: &Pose, random: &mut impl Rng) -> Vec<f32> {
         (0..self.config.beams)
             .map(|beam| {
                 let normal: f64 = random.sample(StandardNormal);
                 let bearing_rad = self.bearing_rad(beam) + normal * self.config.axis_sd_rad;
                 let echo_m = nearest_echo_m(
-                    caster,
+                    around,
                     &self.config,
                     pose,
                     self.bearing_rad(beam),
@@ -186,9 +189,9 @@ impl Sonar {
     }
 
     /// The nearest echo that a sonar hears, without noise, in metres from its transducer.
-    pub fn echo_m(&self, caster: &Raycaster, pose: &Pose, beam: usize) -> Option<f64> {
+    pub fn echo_m(&self, around: &Surroundings, pose: &Pose, beam: usize) -> Option<f64> {
         let bearing_rad = self.bearing_rad(beam);
-        nearest_echo_m(caster, &self.config, pose, bearing_rad, bearing_rad)
+        nearest_echo_m(around, &self.config, pose, bearing_rad, bearing_rad)
     }
 
     /// What the sensor reports of an echo.

@@ -95,8 +95,8 @@ impl WallLine {
     /// ```
     /// use ballmark::world::{Material, Opening, OpeningKind, WallLine};
     /// use nalgebra::Point2;
-    /// let brick = Material { reflectivity: 1.0, critical_angle_rad: 0.5 };
-    /// let glass = Material { reflectivity: 1.0, critical_angle_rad: 0.1 };
+    /// let brick = Material { reflectivity: 1.0, critical_angle_rad: 0.5, ..Material::PLAIN };
+    /// let glass = Material { reflectivity: 1.0, critical_angle_rad: 0.1, ..Material::PLAIN };
     /// let line = WallLine { from: Point2::origin(), to: Point2::new(9.0, 0.0), corridor_on_left: true, material: brick };
     /// let window = Opening { at_m: 2.0, width_m: 1.5, kind: OpeningKind::Niche { depth_m: 0.2, back: glass } };
     /// let walls = line.with(&[window])?;
@@ -213,6 +213,7 @@ mod tests {
     const BRICK: Material = Material {
         reflectivity: 1.0,
         critical_angle_rad: 0.5,
+        ..Material::PLAIN
     };
 
     fn line() -> WallLine {

@@ -29,26 +29,32 @@ const BEYOND_M: f64 = 3.0;
 const PAINTED_BLOCK: Material = Material {
     reflectivity: 0.9,
     critical_angle_rad: 0.21,
+    ..Material::PLAIN
 };
 const WOOD: Material = Material {
     reflectivity: 0.8,
     critical_angle_rad: 0.17,
+    ..Material::PLAIN
 };
 const STEEL_FRAME: Material = Material {
     reflectivity: 0.9,
     critical_angle_rad: 0.79,
+    ..Material::PLAIN
 };
 const STEEL_DOOR: Material = Material {
     reflectivity: 1.0,
     critical_angle_rad: 0.12,
+    ..Material::PLAIN
 };
 const GLASS: Material = Material {
     reflectivity: 1.0,
     critical_angle_rad: 0.12,
+    ..Material::PLAIN
 };
 const PLASTIC: Material = Material {
     reflectivity: 0.7,
     critical_angle_rad: 0.52,
+    ..Material::PLAIN
 };
 
 /// A door of the corridor: where it begins on its wall and how wide it is (metres), how often it stands open, and how
