@@ -126,6 +126,11 @@ impl<'a> Lesson<'a> {
         Ok((errors, workspace.both.view_mut()))
     }
 
+    /// The objective's question: all truths, all candidates, the stated prior.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
     /// How many truths the objective is the mean of.
     pub fn truths(&self) -> usize {
         self.truths.len()

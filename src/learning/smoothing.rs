@@ -63,6 +63,16 @@ impl Smoothing {
         self.near.sums(activation, self.share, self.floor, map);
     }
 
+    /// The snapshots that each place's map is made of, as many a place: `[place, neighbour]`, one row after the other.
+    pub fn near(&self) -> &[u32] {
+        &self.near.index
+    }
+
+    /// What each of them counts for, and the map where none of them answers.
+    pub fn share_and_floor(&self) -> (f32, f32) {
+        (self.share, self.floor)
+    }
+
     /// The transpose: from ∂E/∂map to ∂E/∂activation.
     pub fn back(&self, gradient: ArrayView2<f32>, out: &mut Array2<f32>) {
         self.far.sums(gradient, self.share, 0.0, out);

@@ -54,8 +54,27 @@ pub struct Task {
 }
 
 enum Joined {
-    Exact(PriorOperator, Array1<f64>),
+    Exact(PriorOperator, Array1<f64>, Stated),
     MeanField(Priors, Array1<f64>),
+}
+
+/// What an operator was made of.
+struct Stated {
+    uncertainty: Uncertainty,
+    truths: Places,
+    candidates: Places,
+}
+
+/// A task pair by pair, for whoever evaluates it elsewhere.
+pub struct Pairs {
+    /// Is it the exact objective, of all 2^n outcomes?
+    pub exact: bool,
+    /// e(ξ*, ξ) in metres, ∞ where the prior does not admit the candidate: `[truth, candidate]`.
+    pub errors_m: Array2<f32>,
+    /// Weights of the truths, which sum to 1.
+    pub weight: Array1<f64>,
+    /// E_prior in metres.
+    pub prior_error_m: f64,
 }
 
 impl Task {
@@ -68,6 +87,11 @@ impl Task {
             Objective::Exact => Joined::Exact(
                 PriorOperator::new(recipe.uncertainty, truths, candidates),
                 objective::equal_weights(truths.len()),
+                Stated {
+                    uncertainty: recipe.uncertainty,
+                    truths: truths.clone(),
+                    candidates: candidates.clone(),
+                },
             ),
             Objective::MeanField => {
                 let stated = vec![recipe.uncertainty; truths.len()];
@@ -108,7 +132,7 @@ impl Task {
     /// Candidates that the prior of every truth admits.
     pub fn window_sizes(&self) -> Vec<usize> {
         match &self.priors {
-            Joined::Exact(operator, _) => operator.window_sizes(),
+            Joined::Exact(operator, ..) => operator.window_sizes(),
             Joined::MeanField(priors, _) => priors.window_sizes().to_vec(),
         }
     }
@@ -116,9 +140,43 @@ impl Task {
     /// Does any mistake cost anything?
     pub fn has_prior_error(&self) -> bool {
         match &self.priors {
-            Joined::Exact(operator, _) => operator.prior_error_m().iter().any(|&e| e > 0.0),
+            Joined::Exact(operator, ..) => operator.prior_error_m().iter().any(|&e| e > 0.0),
             Joined::MeanField(priors, _) => priors.prior_error_m().iter().any(|&e| e > 0.0),
         }
+    }
+
+    /// Every pair of truth and candidate, where there are at most `most`.
+    pub fn pairs(&self, most: usize) -> Option<Pairs> {
+        let table = |priors: &Priors, exact, weight: &Array1<f64>, prior_error_m| {
+            (priors.len() <= most).then(|| Pairs {
+                exact,
+                errors_m: priors.table(),
+                weight: weight.clone(),
+                prior_error_m,
+            })
+        };
+        match &self.priors {
+            Joined::Exact(operator, weight, stated) => {
+                if operator.truths().saturating_mul(operator.candidates()) > most {
+                    return None;
+                }
+                let uncertainty = vec![stated.uncertainty; stated.truths.len()];
+                let priors = Priors::new(
+                    uncertainty,
+                    stated.truths.clone(),
+                    stated.candidates.clone(),
+                );
+                table(&priors, true, weight, operator.prior_error_m().dot(weight))
+            }
+            Joined::MeanField(priors, weight) => {
+                table(priors, false, weight, priors.prior_error_m().dot(weight))
+            }
+        }
+    }
+
+    /// The map that is made of the candidates.
+    pub fn smoothing(&self) -> &Smoothing {
+        &self.smoothing
     }
 
     /// The objective at the activations of the truths and of the candidates, `[snapshot, feature]` each, and its gradient
@@ -148,7 +206,7 @@ impl Task {
             false => candidates,
         };
         let e = match &self.priors {
-            Joined::Exact(operator, weight) => {
+            Joined::Exact(operator, weight, _) => {
                 exact.evaluate(operator, truth, map, weight.view())?
             }
             Joined::MeanField(priors, weight) => {
@@ -181,7 +239,7 @@ impl Task {
         let mut map = Array2::default((0, 0));
         self.smoothing.apply(candidates, &mut map);
         let (prior_error_m, posterior_error_m) = match &self.priors {
-            Joined::Exact(operator, weight) => {
+            Joined::Exact(operator, weight, _) => {
                 let mut exact = Exact::<f32>::new();
                 let e = exact.evaluate(operator, truth, map.view(), weight.view())?;
                 (e.prior_error_m, e.posterior_error_m)

@@ -8,7 +8,10 @@ use super::{
     task::Workspace,
 };
 use crate::{
-    detector::net::{Nets, Weights},
+    detector::{
+        device::cpu,
+        net::{Nets, Weights},
+    },
     error::{Error, Result},
     seed::Seed,
 };
@@ -17,8 +20,9 @@ use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 use std::{path::Path, sync::Arc};
 
-use batch::{Batch, Noise, no_number};
+use batch::{Batch, Noise, Site, no_number};
 use fast::Fast;
+use on_device::OnDevice;
 pub use pseudo_patterns::PseudoPatterns;
 pub use restarts::{remove_checkpoints, train, train_on};
 use stage::put_features;
@@ -132,6 +136,8 @@ pub struct Trainer<'a> {
     /// The lesson's inputs on the device, `[snapshot, input]`.
     inputs: Tensor<2>,
     noise: Arc<Noise>,
+    /// Where the objective is evaluated: dense on a GPU that the networks are on, by its structure on the CPU.
+    site: Site,
     workspace: Workspace,
     /// Takes the steps where the networks' shape and the recipe allow; tensors take them elsewhere.
     fast: Option<Fast>,
@@ -154,6 +160,10 @@ impl<'a> Trainer<'a> {
         nets.gain = recipe.network.gain;
         Self {
             noise: Arc::new(Noise::new(recipe)),
+            site: match *device == cpu() {
+                true => Site::Cpu,
+                false => Site::device(recipe, lesson, device),
+            },
             workspace: Workspace::default(),
             fast: Fast::of(recipe, &weights, device),
             batch: None,
@@ -169,6 +179,14 @@ impl<'a> Trainer<'a> {
     pub fn on_tensors(mut self) -> Self {
         self.settle();
         self.fast = None;
+        self
+    }
+
+    /// The same, but with the objective evaluated dense on the device, whatever the device: what a GPU does, held against
+    /// the CPU's own way.
+    pub fn with_dense_objective(mut self) -> Self {
+        self = self.on_tensors();
+        self.site = Site::device(self.recipe, self.lesson, &self.device);
         self
     }
 
@@ -213,9 +231,10 @@ impl<'a> Trainer<'a> {
         }
         // The next draw asks nothing of the weights: it is made while the networks are at work on this one.
         let (lesson, noise, device) = (self.lesson, Arc::clone(&self.noise), self.device.clone());
+        let site = self.site.clone();
         let (stepped, next) = rayon::join(
             || self.step_on(batch, &stage, place),
-            || Batch::new(recipe, lesson, &noise, None, step + 1, &device),
+            || Batch::new(recipe, lesson, &noise, None, step + 1, &site, &device),
         );
         stepped?;
         self.batch = Some(next?);
@@ -270,13 +289,13 @@ impl<'a> Trainer<'a> {
             return Ok((error, patterns.residual(answer)));
         }
         let space = &mut self.workspace;
-        let e = batch.evaluate(self.recipe, self.lesson, space, array(answer.clone())?)?;
-        if !e.is_finite() {
+        let e = batch.evaluate(self.recipe, self.lesson, space, answer.clone())?;
+        if !e.is_finite {
             return Err(no_number(self.steps()));
         }
         self.now.evaluations += 1;
         self.now.training = e.error_reduction;
-        let gradient = tensor(e.gradient.view(), &self.device);
+        let gradient = e.gradient;
         if self.recipe.descent.pseudo_pattern_steps == 1 {
             return Ok((e.error, gradient));
         }
@@ -319,7 +338,7 @@ impl<'a> Trainer<'a> {
                         return patterns.error(output);
                     }
                     *evaluations += 1;
-                    let e = batch.evaluate(recipe, lesson, space, array(output)?)?;
+                    let e = batch.evaluate(recipe, lesson, space, output)?;
                     Ok(e.error)
                 };
                 now.descent
@@ -349,6 +368,7 @@ impl<'a> Trainer<'a> {
             &self.noise,
             frozen.as_ref(),
             first,
+            &self.site,
             &self.device,
         )
     }
@@ -388,6 +408,7 @@ impl<'a> Trainer<'a> {
 
 mod batch;
 mod fast;
+mod on_device;
 mod pseudo_patterns;
 mod restarts;
 mod stage;

@@ -39,12 +39,7 @@ impl Priors {
             sizes: vec![0; rows],
         };
         if rows.saturating_mul(columns) <= MOST_KEPT {
-            let mut kept = Array2::zeros((rows, columns));
-            kept.axis_iter_mut(Axis(0))
-                .into_par_iter()
-                .enumerate()
-                .for_each(|(t, mut row)| row.assign(&ArrayView1::from(&priors.errors_m(t))));
-            priors.kept = Some(kept);
+            priors.kept = Some(priors.table());
         }
         let told: Vec<(f64, usize)> = (0..rows)
             .into_par_iter()
@@ -80,6 +75,30 @@ impl Priors {
             }
         };
         Cow::Owned((0..self.candidates.len()).map(error_m).collect())
+    }
+
+    /// Pairs of a truth and a candidate.
+    pub fn len(&self) -> usize {
+        self.truths.len().saturating_mul(self.candidates.len())
+    }
+
+    /// No truth, or no candidate?
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// e(ξ*, ξ) of all pairs in metres, `[truth, candidate]`; ∞ where the prior does not admit the candidate.
+    pub fn table(&self) -> Array2<f32> {
+        if let Some(kept) = &self.kept {
+            return kept.clone();
+        }
+        let mut table = Array2::zeros((self.truths.len(), self.candidates.len()));
+        table
+            .axis_iter_mut(Axis(0))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(t, mut row)| row.assign(&ArrayView1::from(&self.errors_m(t))));
+        table
     }
 
     /// Expected error of every truth before sensing, in metres; 0 where nothing is admitted.

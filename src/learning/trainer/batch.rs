@@ -1,6 +1,6 @@
 //! The snapshots that one evaluation of the objective is about, on the device, with their noise.
 
-use super::{array, tensor};
+use super::{OnDevice, array, tensor};
 use crate::{
     detector::{net::Nets, stacked},
     error::{Error, Result},
@@ -16,6 +16,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use ndarray::{Array2, ArrayView2, Axis, concatenate};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
+use std::sync::Arc;
 
 /// Numbers of noise kept.
 const NOISE: usize = 1 << 20;
@@ -84,7 +85,27 @@ pub struct Batch {
     /// `[snapshot, input]`
     pub inputs: Tensor<2>,
     /// Outputs of the networks that learn no more, `[snapshot, feature]`.
-    frozen: Option<Array2<f32>>,
+    frozen: Option<Tensor<2>>,
+    /// The objective on the device, where it is evaluated there.
+    on_device: Option<Arc<OnDevice>>,
+}
+
+/// Where the objective is evaluated.
+#[derive(Clone)]
+pub enum Site {
+    /// On the CPU, by the structure of the priors.
+    Cpu,
+    /// On the device, dense; that of all training snapshots, where it fits.
+    Device(Option<Arc<OnDevice>>),
+}
+
+impl Site {
+    /// The device for the objective of all training snapshots too, where every step evaluates that.
+    pub fn device(recipe: &Recipe, lesson: &Lesson, device: &Device) -> Self {
+        let whole = (recipe.descent.queries == 0)
+            .then(|| OnDevice::of(lesson.task(), recipe.descent.map_in_objective, device));
+        Self::Device(whole.flatten().map(Arc::new))
+    }
 }
 
 /// The objective at some outputs.
@@ -94,14 +115,9 @@ pub struct Evaluated {
     /// As it is descended.
     pub error: f64,
     /// ∂error/∂g of the networks that learn, `[snapshot, learner]`.
-    pub gradient: Array2<f32>,
-}
-
-impl Evaluated {
+    pub gradient: Tensor<2>,
     /// Nothing in it is infinite or no number at all.
-    pub fn is_finite(&self) -> bool {
-        self.error.is_finite() && self.gradient.iter().all(|g| g.is_finite())
-    }
+    pub is_finite: bool,
 }
 
 impl Batch {
@@ -115,6 +131,7 @@ impl Batch {
         noise: &Noise,
         frozen: Option<&Nets>,
         step: usize,
+        site: &Site,
         device: &Device,
     ) -> Result<Self> {
         let draw = match recipe.descent.queries {
@@ -126,51 +143,115 @@ impl Batch {
             None => &lesson.inputs,
         };
         let inputs = noise.onto(recipe, step, inputs, device);
-        let frozen = frozen.map(|nets| array(nets.forward(inputs.clone())));
+        let on_device = match (site, &draw) {
+            (Site::Cpu, _) => None,
+            (Site::Device(whole), None) => whole.clone(),
+            (Site::Device(_), Some(draw)) => {
+                OnDevice::of(&draw.task, recipe.descent.map_in_objective, device).map(Arc::new)
+            }
+        };
         Ok(Self {
             step,
             draw,
+            frozen: frozen.map(|nets| nets.forward(inputs.clone())),
             inputs,
-            frozen: frozen.transpose()?,
+            on_device,
         })
     }
 
     /// The objective where the networks that learn answer `output`, `[snapshot, learner]`.
     ///
     /// # Errors
-    /// Where there are too many features for the exact objective.
+    /// Where there are too many features for the exact objective, or the device fails.
     pub fn evaluate(
         &self,
         recipe: &Recipe,
         lesson: &Lesson,
         workspace: &mut Workspace,
-        output: Array2<f32>,
+        output: Tensor<2>,
     ) -> Result<Evaluated> {
+        let learners = output.dims()[1];
         let activation = match &self.frozen {
             None => output,
-            Some(frozen) => joined(Axis(1), &[frozen.view(), output.view()])?,
+            Some(frozen) => Tensor::cat(vec![frozen.clone(), output], 1),
         };
+        let (learned, truths) = (activation.dims()[1] - learners, self.truths(lesson));
+        let (errors, gradient, is_finite) = match &self.on_device {
+            Some(objective) => self.dense(objective, activation)?,
+            None => {
+                let device = activation.device();
+                let activation = array(activation)?;
+                let (errors, gradient) = self.structured(recipe, lesson, workspace, activation)?;
+                let is_finite = gradient.iter().all(|g| g.is_finite());
+                (errors, tensor(gradient.view(), &device), is_finite)
+            }
+        };
+        let scale = scale(recipe, errors, truths);
+        let gradient = match learned {
+            0 => gradient,
+            _ => gradient.narrow(1, learned, learners),
+        };
+        let error = errors.posterior_error_m * scale;
+        Ok(Evaluated {
+            error_reduction: reduction(errors),
+            error,
+            gradient: gradient.mul_scalar(scale as f32),
+            is_finite: is_finite && error.is_finite(),
+        })
+    }
+
+    fn truths(&self, lesson: &Lesson) -> usize {
+        match &self.draw {
+            None => lesson.truths(),
+            Some(draw) => draw.truths,
+        }
+    }
+
+    /// On the CPU: errors, and ∂E/∂g `[snapshot, feature]`.
+    fn structured(
+        &self,
+        recipe: &Recipe,
+        lesson: &Lesson,
+        workspace: &mut Workspace,
+        activation: Array2<f32>,
+    ) -> Result<(Errors, Array2<f32>)> {
         let with_map = recipe.descent.map_in_objective;
-        let (errors, truths, gradient) = match &self.draw {
+        match &self.draw {
             None => {
                 let (e, gradient) = lesson.objective(workspace, activation.view(), with_map)?;
-                (e, lesson.truths(), gradient.to_owned())
+                Ok((e, gradient.to_owned()))
             }
             Some(draw) => {
                 let (truth, candidates) = activation.view().split_at(Axis(0), draw.truths);
                 let e = draw.task.evaluate(workspace, truth, candidates, with_map)?;
                 let sides = [e.truth_gradient, e.candidate_gradient];
-                (e.errors, draw.truths, joined(Axis(0), &sides)?)
+                Ok((e.errors, joined(Axis(0), &sides)?))
+            }
+        }
+    }
+
+    /// On the device: the same, and whether all of it is finite.
+    fn dense(
+        &self,
+        objective: &OnDevice,
+        activation: Tensor<2>,
+    ) -> Result<(Errors, Tensor<2>, bool)> {
+        let (errors, gradient) = match &self.draw {
+            None => {
+                let e = objective.evaluate(activation.clone(), activation)?;
+                (e.errors, e.truth_gradient + e.candidate_gradient)
+            }
+            Some(draw) => {
+                let candidates = activation.dims()[0] - draw.truths;
+                let e = objective.evaluate(
+                    activation.clone().narrow(0, 0, draw.truths),
+                    activation.narrow(0, draw.truths, candidates),
+                )?;
+                let sides = vec![e.truth_gradient, e.candidate_gradient];
+                (e.errors, Tensor::cat(sides, 0))
             }
         };
-        let scale = scale(recipe, errors, truths);
-        let learned = self.frozen.as_ref().map_or(0, |frozen| frozen.ncols());
-        let (_, gradient) = gradient.view().split_at(Axis(1), learned);
-        Ok(Evaluated {
-            error_reduction: reduction(errors),
-            error: errors.posterior_error_m * scale,
-            gradient: gradient.mapv(|g| g * scale as f32),
-        })
+        Ok((errors, gradient, errors.posterior_error_m.is_finite()))
     }
 }
 

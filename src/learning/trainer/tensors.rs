@@ -1,7 +1,7 @@
 //! Between arrays and tensors, and what is done to gradients as tensors.
 
 use crate::{
-    detector::net::values,
+    detector::{device::cpu, net::values},
     error::{Error, Result},
 };
 use burn::tensor::{Device, Tensor, TensorData};
@@ -27,6 +27,9 @@ pub(super) fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3
     if limit == 0.0 {
         return Ok(slopes);
     }
+    if slopes.iter().any(|slope| slope.device() != cpu()) {
+        return Ok(limited_there(slopes, limit));
+    }
     let mut squares = 0.0;
     for slope in &slopes {
         let slope = values(slope.clone())?;
@@ -38,4 +41,44 @@ pub(super) fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3
     }
     let shorten = |slope: Tensor<3>| slope.mul_scalar(limit / length);
     Ok(slopes.into_iter().map(shorten).collect())
+}
+
+/// The same without waiting for what a GPU has found.
+fn limited_there(slopes: Vec<Tensor<3>>, limit: f64) -> Vec<Tensor<3>> {
+    let squares = slopes.iter().map(|slope| slope.clone().square().sum());
+    let Some(length) = squares.reduce(|a, b| a + b).map(Tensor::sqrt) else {
+        return slopes;
+    };
+    let share = (length.recip() * limit as f32)
+        .clamp_max(1.0)
+        .reshape([1, 1, 1]);
+    let shorten = |slope: Tensor<3>| slope * share.clone();
+    slopes.into_iter().map(shorten).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradients_are_shortened_alike_wherever_they_are() {
+        let slopes = || {
+            let of = |numbers: [f32; 4]| Tensor::<1>::from_floats(numbers, &cpu());
+            vec![
+                of([3.0, 0.0, -1.0, 2.0]).reshape([1, 2, 2]),
+                of([1.0, 4.0, 0.5, -2.0]).reshape([2, 1, 2]),
+            ]
+        };
+        for (limit, shortened) in [(1.0, true), (100.0, false)] {
+            let there = limited_there(slopes(), limit);
+            let here = limited(slopes(), limit).unwrap();
+            let mut square = 0.0;
+            for (a, b) in here.into_iter().zip(there) {
+                let (a, b) = (values(a).unwrap(), values(b).unwrap());
+                assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6));
+                square += b.iter().map(|b| b * b).sum::<f32>();
+            }
+            assert_eq!((square - 1.0).abs() < 1e-5, shortened);
+        }
+    }
 }

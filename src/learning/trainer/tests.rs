@@ -274,3 +274,25 @@ fn an_old_checkpoint_does_not_outlive_a_fresh_start() {
     let whole = train(&recipe, &lesson, None, false, "new", &mut |_| ()).unwrap();
     assert_eq!(resumed.weights, whole.weights);
 }
+
+/// What a GPU does, on the CPU: it rounds otherwise, so it descends to nearly the same place.
+#[test]
+fn the_dense_objective_on_the_device_leads_to_the_same_place() {
+    for (name, recipe) in [("whole", recipe()), ("draws", recipe_in_draws())] {
+        let recording = recording();
+        let lesson = lesson(&recipe, &recording);
+        let after = |mut trainer: Trainer| {
+            (0..20).for_each(|_| trainer.step().unwrap());
+            trainer.settle();
+            let nets = trainer.now.nets.forward(trainer.inputs.clone());
+            (array(nets).unwrap(), trainer.now.training)
+        };
+        let (structured, before) = after(Trainer::new(&recipe, &lesson, &cpu()).on_tensors());
+        let (dense, told) = after(Trainer::new(&recipe, &lesson, &cpu()).with_dense_objective());
+        assert!((told - before).abs() < 1e-3, "{name}: {told} {before}");
+        assert_ne!(structured, dense, "{name}: not evaluated elsewhere");
+        for (a, b) in structured.iter().zip(&dense) {
+            assert!((a - b).abs() < 5e-3, "{name}: {a} {b}");
+        }
+    }
+}
