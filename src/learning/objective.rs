@@ -214,14 +214,16 @@ impl<T: Real> Objective<T> {
         let (tiles, vectors) = (tiles(map.features), self.vectors);
         self.map
             .resize(prior.candidates() * tiles, Lanes::<T>::default());
-        let chunks = self.map.par_chunks_mut(CHUNK * tiles).enumerate();
-        chunks.for_each(|(chunk, out)| {
+        let to_take_in = prior.take_in_map(tiles, &mut self.of_map).into_par_iter();
+        let chunks = self.map.par_chunks_mut(CHUNK * tiles).zip(to_take_in);
+        chunks.enumerate().for_each(|(chunk, (out, take_in))| {
             vectors.run(Outcomes {
                 activations: map,
                 first: chunk * CHUNK,
                 highs: &mut vec![T::ONE; tiles],
                 out,
             });
+            take_in.chunk(&rows_of(tiles, out, None), vectors);
         });
         let rows = rows_of(tiles, &self.map, None);
         prior.prepare(Asking::Truths, &rows, &mut self.of_map, vectors);
@@ -235,6 +237,7 @@ impl<T: Real> Objective<T> {
         self.plain.resize(truths * tiles, Lanes::default());
         self.parts_m.resize(truths.div_ceil(CHUNK), 0.0);
         let (rows, scratch) = (rows_of(tiles, &self.map, None), &self.of_map);
+        let to_take_in = prior.take_in_truths(tiles, &mut self.of_truths);
         let (by_error, plain, parts_m) = (&mut self.by_error, &mut self.plain, &mut self.parts_m);
         let gradient = &mut self.evaluation.truth_gradient;
         fill(
@@ -248,11 +251,12 @@ impl<T: Real> Objective<T> {
                     .zip(plain.par_chunks_mut(CHUNK * tiles))
                     .zip(gradient.par_chunks_mut(CHUNK * n))
                     .zip(parts_m.par_iter_mut())
+                    .zip(to_take_in)
                     .enumerate();
                 let room = || Room::new(tiles);
                 chunks.for_each_init(
                     room,
-                    |room, (chunk, (((by_error, plain), gradient), part_m))| {
+                    |room, (chunk, ((((by_error, plain), gradient), part_m), take_in))| {
                         *part_m = vectors.run(LookAtTruths {
                             prior,
                             activations: truth,
@@ -261,10 +265,11 @@ impl<T: Real> Objective<T> {
                             rows: &rows,
                             scratch,
                             room,
-                            by_error,
-                            plain,
+                            by_error: &mut *by_error,
+                            plain: &mut *plain,
                             gradient,
                         });
+                        take_in.chunk(&rows_of(tiles, by_error, Some(plain)), vectors);
                     },
                 );
             },

@@ -11,16 +11,15 @@
 //! (first, here, end) move ahead slowly: the sums up to and from every place are made once for each block that a cut
 //! enters, and stay in the first-level cache. Cost: a few additions a place and outcome, whatever the windows' width.
 
-use super::{Answers, Rows, route_windows::Side};
+use super::{Rows, route_windows::Side};
 use crate::learning::lanes::{Kernel, LANES, Lanes, Real, Vectors};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Places in a block, and blocks in a block of blocks.
-const BLOCK: usize = 16;
+pub(super) const BLOCK: usize = 16;
 
 /// Of some places: Σ a, Σ x·a and, where other rows are summed plainly, Σ b.
-type Sums<const Q: usize> = [Lanes<f64>; Q];
+pub(super) type Sums<const Q: usize> = [Lanes<f64>; Q];
 
 const NOTHING: Lanes<f64> = Lanes::all(0.0);
 
@@ -31,20 +30,16 @@ pub(super) struct BlockSums<const Q: usize> {
 }
 
 impl<const Q: usize> BlockSums<Q> {
-    /// Sums up rows of places at `x_m`.
-    pub(super) fn sum_up<T: Real>(&mut self, rows: &Rows<T>, x_m: &[f64], vectors: Vectors) {
-        let (tiles, places) = (rows.tiles, rows.places());
-        let mut blocks = places.div_ceil(BLOCK);
-        self.level(0).resize(blocks * tiles, [NOTHING; Q]);
-        let chunks = self.levels[0].par_chunks_mut(BLOCK * tiles).enumerate();
-        chunks.for_each(|(chunk, sums)| {
-            vectors.run(SumUp {
-                first: chunk * BLOCK,
-                rows,
-                x_m,
-                sums,
-            });
-        });
+    /// Makes room for the sums of all blocks of so many places, `[block, tile]`, to be filled by [`fill`].
+    pub(super) fn open(&mut self, places: usize, tiles: usize) -> &mut [Sums<Q>] {
+        let sums = self.level(0);
+        sums.resize(places.div_ceil(BLOCK) * tiles, [NOTHING; Q]);
+        sums
+    }
+
+    /// Sums up what has been filled in, by blocks of blocks.
+    pub(super) fn close(&mut self, tiles: usize) {
+        let mut blocks = self.level(0).len() / tiles;
         let mut level = 0;
         while blocks > BLOCK {
             let above = blocks.div_ceil(BLOCK);
@@ -93,9 +88,18 @@ impl<const Q: usize> BlockSums<Q> {
     }
 }
 
+/// The sums of the blocks of some rows of places at `x_m`, whole blocks but for the last one, into `sums`.
+pub(super) fn fill<T: Real, const Q: usize>(
+    rows: &Rows<T>,
+    x_m: &[f64],
+    sums: &mut [Sums<Q>],
+    vectors: Vectors,
+) {
+    vectors.run(SumUp { rows, x_m, sums });
+}
+
 /// The sums of some blocks, `[block, tile]`.
 struct SumUp<'a, T, const Q: usize> {
-    first: usize,
     rows: &'a Rows<'a, T>,
     x_m: &'a [f64],
     sums: &'a mut [Sums<Q>],
@@ -108,22 +112,24 @@ impl<T: Real, const Q: usize> Kernel for SumUp<'_, T, Q> {
     fn run(self) {
         let tiles = self.rows.tiles;
         for (node, sums) in self.sums.iter_mut().enumerate() {
-            let (block, tile) = (self.first + node / tiles, node % tiles);
+            let (block, tile) = (node / tiles, node % tiles);
             *sums = directly(places_of(block, self.x_m.len()), self.rows, tile, self.x_m);
         }
     }
 }
 
+/// The three cuts of the windows: first, here, end. Kept, since filling them with nothing takes time.
+pub(super) type Cuts<const Q: usize> = [Cut<Q>; 3];
+
 /// One of the cuts of a window, and the sums of the block it is in, up to every place and from every place.
-struct Cut<const Q: usize> {
+pub(super) struct Cut<const Q: usize> {
     block: usize,
     up_to: [Sums<Q>; BLOCK],
     from: [Sums<Q>; BLOCK],
 }
 
 impl<const Q: usize> Cut<Q> {
-    #[inline(always)]
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             block: usize::MAX,
             up_to: [[NOTHING; Q]; BLOCK],
@@ -172,20 +178,21 @@ impl<const Q: usize> Cut<Q> {
 /// Σ |x_j − x|·a_j and Σ b_j over the windows of some places, for one tile.
 #[inline(always)]
 pub(super) fn answer<T: Real, const Q: usize>(
-    asking: &Side,
-    asked: &Side,
+    (asking, asked): (&Side, &Side),
     places: Range<usize>,
     tile: usize,
     rows: &Rows<T>,
     blocks: &BlockSums<Q>,
-    answers: &mut Answers,
+    cuts: &mut Cuts<Q>,
+    (by_error, plain): (&mut [Lanes<f64>], &mut [Lanes<f64>]),
 ) {
     let x_m = &asked.x_m[..];
-    let (mut first, mut here, mut end) = (Cut::<Q>::new(), Cut::<Q>::new(), Cut::<Q>::new());
+    for cut in &mut *cuts {
+        cut.block = usize::MAX; // what it holds is of other rows
+    }
+    let [first, here, end] = cuts;
     let (mut whole_behind, mut whole_ahead) = ([NOTHING; Q], [NOTHING; Q]);
-    for (place, (by_error, plain)) in
-        places.zip(answers.by_error.iter_mut().zip(&mut answers.plain))
-    {
+    for (place, (by_error, plain)) in places.zip(by_error.iter_mut().zip(plain)) {
         let (x, window) = (asking.x_m[place], asking.window[place]);
         let first_moved = first.move_to::<T, false, true>(window.first, rows, tile, x_m);
         let here_moved = here.move_to::<T, true, true>(window.here, rows, tile, x_m);

@@ -29,7 +29,7 @@ use ndarray::Array1;
 use rayon::prelude::*;
 use std::ops::Range;
 
-use block_sums::BlockSums;
+use block_sums::{BLOCK, BlockSums, Cut, Cuts, Sums};
 use cells::Cells;
 use everywhere::Everywhere;
 use route_windows::RouteWindows;
@@ -79,12 +79,6 @@ pub(super) struct Rows<'a, T> {
     pub plain: Option<&'a [Lanes<f64>]>,
 }
 
-impl<T: Real> Rows<'_, T> {
-    fn places(&self) -> usize {
-        self.by_error.len() / self.tiles
-    }
-}
-
 /// What is known of the rows before any place asks; kept between evaluations.
 #[derive(Debug, Default)]
 pub(super) struct Scratch<T> {
@@ -102,6 +96,8 @@ pub(super) const CHUNK: usize = 64;
 pub(super) struct Answers {
     pub by_error: [Lanes<f64>; CHUNK],
     pub plain: [Lanes<f64>; CHUNK],
+    cuts_of_one: Cuts<2>,
+    cuts_of_two: Cuts<3>,
 }
 
 impl Answers {
@@ -110,8 +106,54 @@ impl Answers {
         Self {
             by_error: [Lanes::default(); CHUNK],
             plain: [Lanes::default(); CHUNK],
+            cuts_of_one: std::array::from_fn(|_| Cut::new()),
+            cuts_of_two: std::array::from_fn(|_| Cut::new()),
         }
     }
+}
+
+/// What can be taken in of rows while they are made, a chunk of [`CHUNK`] places after the other: along a route, the sums
+/// of their blocks.
+pub(super) struct TakeIn<'a, const Q: usize> {
+    x_m: &'a [f64],
+    /// Of this chunk; `None`: the prior wants all rows at once.
+    sums: Option<&'a mut [Sums<Q>]>,
+}
+
+impl<const Q: usize> TakeIn<'_, Q> {
+    /// Takes in a chunk of rows.
+    #[inline(always)]
+    pub(super) fn chunk<T: Real>(self, rows: &Rows<T>, vectors: Vectors) {
+        if let Some(sums) = self.sums {
+            block_sums::fill(rows, self.x_m, sums, vectors);
+        }
+    }
+}
+
+/// One for every chunk of rows that `asking` is going to ask about.
+fn to_take_in<'a, const Q: usize>(
+    x_m: Option<&'a [f64]>,
+    chunks: usize,
+    tiles: usize,
+    blocks: &'a mut BlockSums<Q>,
+) -> Vec<TakeIn<'a, Q>> {
+    const { assert!(CHUNK.is_multiple_of(BLOCK)) };
+    let Some(x_m) = x_m else {
+        let nothing = || TakeIn {
+            x_m: &[],
+            sums: None,
+        };
+        return std::iter::repeat_with(nothing).take(chunks).collect();
+    };
+    let sums = blocks.open(x_m.len(), tiles);
+    let of_chunks = x_m
+        .chunks(CHUNK)
+        .zip(sums.chunks_mut(CHUNK / BLOCK * tiles));
+    let take_in = |(x_m, sums)| TakeIn {
+        x_m,
+        sums: Some(sums),
+    };
+    of_chunks.map(take_in).collect()
 }
 
 impl PriorOperator {
@@ -272,7 +314,44 @@ impl PriorOperator {
         }
     }
 
-    /// Takes in the rows that `asking` is going to ask about.
+    /// For every chunk of the map's rows, what is to be done with it before any truth asks.
+    pub(super) fn take_in_map<'a, T>(
+        &'a self,
+        tiles: usize,
+        scratch: &'a mut Scratch<T>,
+    ) -> Vec<TakeIn<'a, 2>> {
+        let chunks = self.candidates.div_ceil(CHUNK);
+        to_take_in(
+            self.asked_x_m(Asking::Truths),
+            chunks,
+            tiles,
+            &mut scratch.one,
+        )
+    }
+
+    /// For every chunk of the truths' rows, what is to be done with it before any candidate asks.
+    pub(super) fn take_in_truths<'a, T>(
+        &'a self,
+        tiles: usize,
+        scratch: &'a mut Scratch<T>,
+    ) -> Vec<TakeIn<'a, 3>> {
+        let chunks = self.truths.div_ceil(CHUNK);
+        to_take_in(
+            self.asked_x_m(Asking::Candidates),
+            chunks,
+            tiles,
+            &mut scratch.two,
+        )
+    }
+
+    fn asked_x_m(&self, asking: Asking) -> Option<&[f64]> {
+        match &self.shape {
+            Shape::Route(s) => Some(s.asked_x_m(asking)),
+            _ => None,
+        }
+    }
+
+    /// Makes ready for questions, once all chunks of rows are taken in.
     pub(super) fn prepare<T: Real>(
         &self,
         asking: Asking,
@@ -280,11 +359,12 @@ impl PriorOperator {
         scratch: &mut Scratch<T>,
         vectors: Vectors,
     ) {
-        match &self.shape {
-            Shape::Route(s) => s.prepare(asking, rows, &mut scratch.one, &mut scratch.two, vectors),
-            Shape::Sparse(_) => {}
-            Shape::Everywhere(_) => everywhere::add_up(rows, &mut scratch.total, vectors),
-            Shape::Cells(s) => s.prepare(asking, rows, scratch, vectors),
+        match (&self.shape, rows.plain) {
+            (Shape::Route(_), None) => scratch.one.close(rows.tiles),
+            (Shape::Route(_), Some(_)) => scratch.two.close(rows.tiles),
+            (Shape::Sparse(_), _) => {}
+            (Shape::Everywhere(_), _) => everywhere::add_up(rows, &mut scratch.total, vectors),
+            (Shape::Cells(s), _) => s.prepare(asking, rows, scratch, vectors),
         }
     }
 
@@ -324,12 +404,16 @@ impl PriorOperator {
     /// The mean of e over the candidates that every truth's prior admits.
     fn mean_errors(&self) -> Array1<f64> {
         let ones = vec![Lanes::all(1.0); self.candidates];
-        let rows = Rows {
+        let rows_of = |by_error| Rows {
             tiles: 1,
-            by_error: &ones,
+            by_error,
             plain: None,
         };
         let (mut scratch, vectors) = (Scratch::default(), Vectors::Best);
+        let to_take_in = self.take_in_map(1, &mut scratch).into_par_iter();
+        let chunks = to_take_in.zip(ones.par_chunks(CHUNK));
+        chunks.for_each(|(take_in, ones)| take_in.chunk(&rows_of(ones), vectors));
+        let rows = rows_of(&ones[..]);
         self.prepare(Asking::Truths, &rows, &mut scratch, vectors);
         let mut in_order = vec![0.0; self.truths];
         let chunks = in_order.par_chunks_mut(CHUNK).enumerate();

@@ -4,7 +4,7 @@ use super::{
     Answers, Asking, Rows,
     block_sums::{BlockSums, answer},
 };
-use crate::learning::lanes::{Real, Vectors};
+use crate::learning::lanes::Real;
 use std::ops::Range;
 
 /// Truths and candidates along a route, each in the order of their coordinate, and what each sees of the other.
@@ -79,19 +79,9 @@ impl RouteWindows {
         }
     }
 
-    pub(super) fn prepare<T: Real>(
-        &self,
-        asking: Asking,
-        rows: &Rows<T>,
-        one: &mut BlockSums<2>,
-        two: &mut BlockSums<3>,
-        vectors: Vectors,
-    ) {
-        let x_m = &self.sides(asking).1.x_m;
-        match rows.plain {
-            None => one.sum_up(rows, x_m, vectors),
-            Some(_) => two.sum_up(rows, x_m, vectors),
-        }
+    /// Coordinates of the places that `asking` asks about, in order.
+    pub(super) fn asked_x_m(&self, asking: Asking) -> &[f64] {
+        &self.sides(asking).1.x_m
     }
 
     #[inline(always)]
@@ -106,10 +96,17 @@ impl RouteWindows {
         two: &BlockSums<3>,
         answers: &mut Answers,
     ) {
-        let (from, to) = self.sides(asking);
+        let sides = self.sides(asking);
+        let Answers {
+            by_error,
+            plain,
+            cuts_of_one,
+            cuts_of_two,
+        } = answers;
+        let out = (&mut by_error[..], &mut plain[..]);
         match rows.plain {
-            None => answer(from, to, places, tile, rows, one, answers),
-            Some(_) => answer(from, to, places, tile, rows, two, answers),
+            None => answer(sides, places, tile, rows, one, cuts_of_one, out),
+            Some(_) => answer(sides, places, tile, rows, two, cuts_of_two, out),
         }
     }
 }
