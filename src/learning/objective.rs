@@ -40,6 +40,9 @@ pub const MOST_FEATURES: usize = 12;
 /// probability times the extent to the error.
 const SMALLEST_PROBABILITY: f64 = 1e-12;
 
+/// Parts that every thread takes of a pass.
+const PARTS_A_THREAD: usize = 2;
+
 /// The objective at given activations, and which way is up.
 #[derive(Debug, Clone, Default)]
 pub struct Evaluation<T = f64> {
@@ -119,6 +122,7 @@ pub struct Objective<T> {
     plain: Vec<Lanes<f64>>,
     of_map: Scratch<T>,
     of_truths: Scratch<T>,
+    rooms: Vec<Room<T>>,
     /// E of every chunk of truths.
     parts_m: Vec<f64>,
     /// Gradients that are not yet in the callers' order.
@@ -146,6 +150,7 @@ impl<T: Real> Objective<T> {
             plain: Vec::new(),
             of_map: Scratch::default(),
             of_truths: Scratch::default(),
+            rooms: Vec::new(),
             parts_m: Vec::new(),
             in_order: Vec::new(),
             evaluation: Evaluation::default(),
@@ -212,19 +217,29 @@ impl<T: Real> Objective<T> {
     /// M, and what the truths will ask of it.
     fn look_at_map(&mut self, prior: &PriorOperator, map: Activations<T>) {
         let (tiles, vectors) = (tiles(map.features), self.vectors);
+        let part = self.part_of(prior.candidates(), tiles);
         self.map
             .resize(prior.candidates() * tiles, Lanes::<T>::default());
-        let to_take_in = prior.take_in_map(tiles, &mut self.of_map).into_par_iter();
-        let chunks = self.map.par_chunks_mut(CHUNK * tiles).zip(to_take_in);
-        chunks.enumerate().for_each(|(chunk, (out, take_in))| {
-            vectors.run(Outcomes {
-                activations: map,
-                first: chunk * CHUNK,
-                highs: &mut vec![T::ONE; tiles],
-                out,
+        let mut to_take_in = prior.take_in_map(tiles, &mut self.of_map);
+        let parts = self.rooms.par_iter_mut();
+        let parts = parts
+            .zip(self.map.par_chunks_mut(part * CHUNK * tiles))
+            .zip(to_take_in.par_chunks_mut(part));
+        parts
+            .enumerate()
+            .for_each(|(number, ((room, out), to_take_in))| {
+                let chunks = out.chunks_mut(CHUNK * tiles).zip(to_take_in);
+                for (chunk, (out, take_in)) in (number * part..).zip(chunks) {
+                    vectors.run(Outcomes {
+                        activations: map,
+                        first: chunk * CHUNK,
+                        highs: room.highs_of_one(),
+                        out,
+                    });
+                    take_in.chunk(&rows_of(tiles, out, None), vectors);
+                }
             });
-            take_in.chunk(&rows_of(tiles, out, None), vectors);
-        });
+        drop(to_take_in);
         let rows = rows_of(tiles, &self.map, None);
         prior.prepare(Asking::Truths, &rows, &mut self.of_map, vectors);
     }
@@ -233,47 +248,58 @@ impl<T: Real> Objective<T> {
     fn look_at_truths(&mut self, prior: &PriorOperator, truth: Activations<T>, weight: &[f64]) {
         let (n, vectors) = (truth.features, self.vectors);
         let (tiles, truths) = (tiles(n), prior.truths());
+        let part = self.part_of(truths, tiles);
         self.by_error.resize(truths * tiles, Lanes::<T>::default());
         self.plain.resize(truths * tiles, Lanes::default());
         self.parts_m.resize(truths.div_ceil(CHUNK), 0.0);
         let (rows, scratch) = (rows_of(tiles, &self.map, None), &self.of_map);
-        let to_take_in = prior.take_in_truths(tiles, &mut self.of_truths);
+        let mut to_take_in = prior.take_in_truths(tiles, &mut self.of_truths);
         let (by_error, plain, parts_m) = (&mut self.by_error, &mut self.plain, &mut self.parts_m);
-        let gradient = &mut self.evaluation.truth_gradient;
+        let (rooms, gradient) = (&mut self.rooms, &mut self.evaluation.truth_gradient);
         fill(
             gradient,
             &mut self.in_order,
             (truths, n),
             truth.order,
             |gradient| {
-                let chunks = by_error
-                    .par_chunks_mut(CHUNK * tiles)
-                    .zip(plain.par_chunks_mut(CHUNK * tiles))
-                    .zip(gradient.par_chunks_mut(CHUNK * n))
-                    .zip(parts_m.par_iter_mut())
-                    .zip(to_take_in)
+                let parts = rooms
+                    .par_iter_mut()
+                    .zip(by_error.par_chunks_mut(part * CHUNK * tiles))
+                    .zip(plain.par_chunks_mut(part * CHUNK * tiles))
+                    .zip(gradient.par_chunks_mut(part * CHUNK * n))
+                    .zip(parts_m.par_chunks_mut(part))
+                    .zip(to_take_in.par_chunks_mut(part))
                     .enumerate();
-                let room = || Room::new(tiles);
-                chunks.for_each_init(
-                    room,
-                    |room, (chunk, ((((by_error, plain), gradient), part_m), take_in))| {
-                        *part_m = vectors.run(LookAtTruths {
-                            prior,
-                            activations: truth,
-                            weight,
-                            first: chunk * CHUNK,
-                            rows: &rows,
-                            scratch,
-                            room,
-                            by_error: &mut *by_error,
-                            plain: &mut *plain,
-                            gradient,
-                        });
-                        take_in.chunk(&rows_of(tiles, by_error, Some(plain)), vectors);
+                parts.for_each(
+                    |(number, (((((room, by_error), plain), gradient), parts_m), to_take_in))| {
+                        let chunks = by_error
+                            .chunks_mut(CHUNK * tiles)
+                            .zip(plain.chunks_mut(CHUNK * tiles))
+                            .zip(gradient.chunks_mut(CHUNK * n))
+                            .zip(parts_m)
+                            .zip(to_take_in);
+                        for (chunk, ((((by_error, plain), gradient), part_m), take_in)) in
+                            (number * part..).zip(chunks)
+                        {
+                            *part_m = vectors.run(LookAtTruths {
+                                prior,
+                                activations: truth,
+                                weight,
+                                first: chunk * CHUNK,
+                                rows: &rows,
+                                scratch,
+                                room,
+                                by_error: &mut *by_error,
+                                plain: &mut *plain,
+                                gradient,
+                            });
+                            take_in.chunk(&rows_of(tiles, by_error, Some(plain)), vectors);
+                        }
                     },
                 );
             },
         );
+        drop(to_take_in);
         self.evaluation.posterior_error_m = self.parts_m.iter().sum();
         let rows = rows_of(tiles, &self.by_error, Some(&self.plain));
         prior.prepare(Asking::Candidates, &rows, &mut self.of_truths, vectors);
@@ -283,25 +309,44 @@ impl<T: Real> Objective<T> {
     fn look_back(&mut self, prior: &PriorOperator, map: Activations<T>) {
         let (n, vectors) = (map.features, self.vectors);
         let tiles = tiles(n);
+        let part = self.part_of(prior.candidates(), tiles);
         let rows = rows_of(tiles, &self.by_error, Some(&self.plain));
         let scratch = &self.of_truths;
-        let gradient = &mut self.evaluation.map_gradient;
+        let (rooms, gradient) = (&mut self.rooms, &mut self.evaluation.map_gradient);
         let shape = (prior.candidates(), n);
         fill(gradient, &mut self.in_order, shape, map.order, |gradient| {
-            let chunks = gradient.par_chunks_mut(CHUNK * n).enumerate();
-            let room = || Room::new(tiles);
-            chunks.for_each_init(room, |room, (chunk, gradient)| {
-                vectors.run(LookBack {
-                    prior,
-                    activations: map,
-                    first: chunk * CHUNK,
-                    rows: &rows,
-                    scratch,
-                    room,
-                    gradient,
-                });
+            let parts = rooms
+                .par_iter_mut()
+                .zip(gradient.par_chunks_mut(part * CHUNK * n));
+            parts.enumerate().for_each(|(number, (room, gradient))| {
+                for (chunk, gradient) in (number * part..).zip(gradient.chunks_mut(CHUNK * n)) {
+                    vectors.run(LookBack {
+                        prior,
+                        activations: map,
+                        first: chunk * CHUNK,
+                        rows: &rows,
+                        scratch,
+                        room,
+                        gradient,
+                    });
+                }
             });
         });
+    }
+
+    /// How many chunks a thread takes at once, with a room kept for each such part: a few parts a thread, since neither
+    /// handing out work nor making room is free.
+    fn part_of(&mut self, places: usize, tiles: usize) -> usize {
+        let chunks = places.div_ceil(CHUNK);
+        let part = chunks
+            .div_ceil(PARTS_A_THREAD * rayon::current_num_threads())
+            .max(1);
+        self.rooms.retain(|room| room.tiles() == tiles);
+        if self.rooms.len() < chunks.div_ceil(part) {
+            self.rooms
+                .resize_with(chunks.div_ceil(part), || Room::new(tiles));
+        }
+        part
     }
 }
 

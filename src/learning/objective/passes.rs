@@ -63,6 +63,7 @@ impl<T: Real> Kernel for Outcomes<'_, T> {
 }
 
 /// What a chunk needs besides input and output.
+#[derive(Debug)]
 pub(super) struct Room<T> {
     answers: Answers,
     /// ∂E/∂P or ∂E/∂M, `[place, tile]`.
@@ -81,6 +82,16 @@ impl<T: Real> Room<T> {
             highs: vec![T::default(); CHUNK * tiles],
             open: vec![T::default(); tiles],
         }
+    }
+
+    /// Tiles that it is made for.
+    pub(super) fn tiles(&self) -> usize {
+        self.open.len()
+    }
+
+    /// `[tile]`, for one place.
+    pub(super) fn highs_of_one(&mut self) -> &mut [T] {
+        &mut self.open
     }
 
     /// ∂E/∂g of a chunk, from `slope`, `[place, feature]`.

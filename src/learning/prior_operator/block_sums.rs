@@ -122,6 +122,7 @@ impl<T: Real, const Q: usize> Kernel for SumUp<'_, T, Q> {
 pub(super) type Cuts<const Q: usize> = [Cut<Q>; 3];
 
 /// One of the cuts of a window, and the sums of the block it is in, up to every place and from every place.
+#[derive(Debug)]
 pub(super) struct Cut<const Q: usize> {
     block: usize,
     up_to: [Sums<Q>; BLOCK],
@@ -203,28 +204,27 @@ pub(super) fn answer<T: Real, const Q: usize>(
         if here_moved || end_moved {
             whole_ahead = blocks.of(here.block + 1..end.block, tile, rows.tiles);
         }
-        let behind = if first.block == here.block {
-            directly(window.first..window.here, rows, tile, x_m)
+        let (few_behind, few_ahead);
+        let behind: [&Sums<Q>; 3] = if first.block == here.block {
+            few_behind = directly(window.first..window.here, rows, tile, x_m);
+            [&few_behind, &[NOTHING; Q], &[NOTHING; Q]]
         } else {
-            together(
-                &first.from[window.first % BLOCK],
-                &whole_behind,
-                &here.up_to[window.here % BLOCK],
-            )
+            let (from, up_to) = (window.first % BLOCK, window.here % BLOCK);
+            [&first.from[from], &whole_behind, &here.up_to[up_to]]
         };
-        let ahead = if here.block == end.block {
-            directly(window.here..window.end, rows, tile, x_m)
+        let ahead: [&Sums<Q>; 3] = if here.block == end.block {
+            few_ahead = directly(window.here..window.end, rows, tile, x_m);
+            [&few_ahead, &[NOTHING; Q], &[NOTHING; Q]]
         } else {
-            together(
-                &here.from[window.here % BLOCK],
-                &whole_ahead,
-                &end.up_to[window.end % BLOCK],
-            )
+            let (from, up_to) = (window.here % BLOCK, window.end % BLOCK);
+            [&here.from[from], &whole_ahead, &end.up_to[up_to]]
         };
         let plainly = if Q == 2 { 0 } else { 2 };
         for l in 0..LANES {
-            by_error[l] = x * (behind[0][l] - ahead[0][l]) - (behind[1][l] - ahead[1][l]);
-            plain[l] = behind[plainly][l] + ahead[plainly][l];
+            let behind = |q: usize| behind[0][q][l] + behind[1][q][l] + behind[2][q][l];
+            let ahead = |q: usize| ahead[0][q][l] + ahead[1][q][l] + ahead[2][q][l];
+            by_error[l] = x * (behind(0) - ahead(0)) - (behind(1) - ahead(1));
+            plain[l] = behind(plainly) + ahead(plainly);
         }
     }
 }
@@ -240,17 +240,6 @@ fn directly<T: Real, const Q: usize>(
     let mut sums = [NOTHING; Q];
     for place in places {
         add_row(&mut sums, rows, place, tile, x_m[place]);
-    }
-    sums
-}
-
-#[inline(always)]
-fn together<const Q: usize>(a: &Sums<Q>, b: &Sums<Q>, c: &Sums<Q>) -> Sums<Q> {
-    let mut sums = [NOTHING; Q];
-    for q in 0..Q {
-        for l in 0..LANES {
-            sums[q][l] = a[q][l] + b[q][l] + c[q][l];
-        }
     }
     sums
 }

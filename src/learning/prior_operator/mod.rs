@@ -93,6 +93,7 @@ pub(super) struct Scratch<T> {
 pub(super) const CHUNK: usize = 64;
 
 /// Σ e·rows and Σ rows over the admitted places, of [`CHUNK`] places that ask, for one tile.
+#[derive(Debug)]
 pub(super) struct Answers {
     pub by_error: [Lanes<f64>; CHUNK],
     pub plain: [Lanes<f64>; CHUNK],
@@ -123,8 +124,8 @@ pub(super) struct TakeIn<'a, const Q: usize> {
 impl<const Q: usize> TakeIn<'_, Q> {
     /// Takes in a chunk of rows.
     #[inline(always)]
-    pub(super) fn chunk<T: Real>(self, rows: &Rows<T>, vectors: Vectors) {
-        if let Some(sums) = self.sums {
+    pub(super) fn chunk<T: Real>(&mut self, rows: &Rows<T>, vectors: Vectors) {
+        if let Some(sums) = &mut self.sums {
             block_sums::fill(rows, self.x_m, sums, vectors);
         }
     }
@@ -412,7 +413,7 @@ impl PriorOperator {
         let (mut scratch, vectors) = (Scratch::default(), Vectors::Best);
         let to_take_in = self.take_in_map(1, &mut scratch).into_par_iter();
         let chunks = to_take_in.zip(ones.par_chunks(CHUNK));
-        chunks.for_each(|(take_in, ones)| take_in.chunk(&rows_of(ones), vectors));
+        chunks.for_each(|(mut take_in, ones)| take_in.chunk(&rows_of(ones), vectors));
         let rows = rows_of(&ones[..]);
         self.prepare(Asking::Truths, &rows, &mut scratch, vectors);
         let mut in_order = vec![0.0; self.truths];
