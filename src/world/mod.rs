@@ -5,6 +5,7 @@
 //! hits first; a [`Sonar`] ring hears echoes along such rays; a [`robot`] drives a [`Route`] and
 //! dead-reckons; [`simulation`] lets it do so run after run and records; [`corridor`] is Thrun's 89 metres.
 
+pub mod building;
 pub mod corridor;
 mod echo;
 pub mod enclosure;
@@ -14,17 +15,21 @@ pub mod odometry;
 pub mod raycast;
 pub mod robot;
 pub mod route;
+mod scene;
 pub mod simulation;
 pub mod sonar;
 mod surroundings;
 pub mod wall_line;
+mod way;
 
+pub use building::{Building, WorldConfig};
 pub use floor_plan::{FloorPlan, Material, Wall};
 pub use look::Look;
 pub use odometry::OdometryConfig;
 pub use raycast::{Hit, Raycaster};
 pub use robot::{RobotConfig, Stop};
 pub use route::Route;
+pub use scene::{Light, RunScene};
 pub use simulation::simulate;
 pub use sonar::{Sonar, SonarConfig};
 pub use surroundings::Surroundings;

@@ -1,0 +1,403 @@
+//! Buildings and robots from files: one TOML a world.
+//!
+//! [`WorldConfig`] is the file as it stands; [`Building`] is what it says, checked: every name known, every number
+//! within its bounds, nothing left to go wrong but the driving itself. Lengths are metres, angles degrees where the key
+//! ends in `_deg` (radians where it ends in `_rad`). An unknown key is an error.
+
+mod furnishing;
+mod journey;
+mod material;
+mod sensors;
+mod wall;
+
+use crate::{
+    error::{Error, Result},
+    seed::Seed,
+    storage,
+    world::{FloorPlan, Light, Material, RobotConfig, RunScene, Wall},
+};
+use furnishing::Thing;
+pub use furnishing::{FireDoorConfig, LightConfig, ThingConfig};
+pub use journey::{Follow, PathConfig, RecordConfig, SetConfig};
+pub(crate) use journey::{Journey, MOST_SNAPSHOTS, Spacing};
+pub use material::MaterialConfig;
+use material::Materials;
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use sensors::Robot;
+pub use sensors::SensorTables;
+pub(crate) use sensors::Sensors;
+use serde::Deserialize;
+use std::{collections::BTreeMap, ops::RangeInclusive, path::Path};
+use wall::Polyline;
+pub use wall::{
+    DoorConfig, HallwayConfig, NicheConfig, PaintConfig, Side, WallConfig, WindowConfig,
+};
+
+/// A world's file, as it stands.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldConfig {
+    /// Its name.
+    pub name: String,
+    /// What it is made after, in words.
+    #[serde(default)]
+    pub source: String,
+    /// Materials by name.
+    #[serde(default)]
+    pub materials: BTreeMap<String, MaterialConfig>,
+    /// What holds for the whole building.
+    #[serde(default)]
+    pub building: BuildingConfig,
+    /// Walls with what is in them.
+    #[serde(default)]
+    pub wall: Vec<WallConfig>,
+    /// Round things on the floor.
+    #[serde(default)]
+    pub thing: Vec<ThingConfig>,
+    /// Lamps in the ceiling.
+    #[serde(default)]
+    pub light: Vec<LightConfig>,
+    /// Doors that are shut but for seconds.
+    #[serde(default)]
+    pub fire_door: Vec<FireDoorConfig>,
+    /// Keys of [`RobotConfig`], and `kind` and `turret_north`.
+    #[serde(default)]
+    pub robot: toml::Table,
+    /// A ring of sonars.
+    pub sonar: Option<toml::Value>,
+    /// A ring of infrared sensors.
+    pub infrared: Option<toml::Value>,
+    /// A laser scanner.
+    pub laser: Option<toml::Value>,
+    /// A colour camera.
+    pub camera: Option<toml::Value>,
+    /// A compass.
+    pub compass: Option<toml::Value>,
+    /// Which way the robot goes.
+    #[serde(default)]
+    pub path: PathConfig,
+    /// Where it takes snapshots.
+    #[serde(default)]
+    pub record: RecordConfig,
+    /// Sets of runs that differ.
+    #[serde(default)]
+    pub set: Vec<SetConfig>,
+    /// Who walks about.
+    pub people: Option<toml::Table>,
+}
+
+/// `[building]`: what holds for the whole building.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BuildingConfig {
+    /// Height of the ceiling, metres.
+    pub ceiling_m: f64,
+    /// Material of the floor.
+    pub floor: String,
+    /// Material of the ceiling.
+    pub ceiling: String,
+    /// Material of the walls that name none, and of a map's walls.
+    pub wall: String,
+    /// A ROS map_server map (its YAML), relative to the world's file, whose occupied cells become walls.
+    pub map: Option<String>,
+    /// How much the brightness of all lamps varies from run to run: relative standard deviation.
+    pub illumination_sd: f64,
+    /// A run's daylight is drawn evenly from this range.
+    pub daylight: [f64; 2],
+}
+
+impl Default for BuildingConfig {
+    fn default() -> Self {
+        Self {
+            ceiling_m: 2.6,
+            floor: "plain".into(),
+            ceiling: "plain".into(),
+            wall: "plain".into(),
+            map: None,
+            illumination_sd: 0.0,
+            daylight: [1.0, 1.0],
+        }
+    }
+}
+
+/// A building, a robot and what it is to do, checked.
+///
+/// ```
+/// use ballmark::{seed::Seed, world::building::Building};
+/// let hall = Building::from_text(r#"
+///     name = "hall"
+///     [[wall]]
+///     points = [[0, 0], [9, 0], [9, 4], [0, 4]]
+///     closed = true
+///     [sonar]
+///     beams = 8
+///     [path]
+///     corners = [[1, 2], [8, 2]]
+///     [record]
+///     every_m = 0.5
+/// "#)?;
+/// assert_eq!(hall.plan_of_run(Seed(1), 0)?.plan.walls().len(), 4);
+/// # Ok::<(), ballmark::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Building {
+    name: String,
+    source: String,
+    walls: Vec<Polyline>,
+    map_walls: Vec<Wall>,
+    things: Vec<Thing>,
+    lights: Vec<Light>,
+    fire_doors: Vec<Wall>,
+    ceiling_m: f64,
+    floor: Material,
+    ceiling: Material,
+    illumination_sd: f64,
+    daylight: [f64; 2],
+    robot: Robot,
+    journey: Journey,
+    sets: Vec<RunSet>,
+}
+
+/// Runs that belong together.
+#[derive(Debug, Clone)]
+pub(crate) struct RunSet {
+    /// Empty where the file names no sets.
+    pub(crate) name: String,
+    pub(crate) runs: usize,
+    pub(crate) spacing: Spacing,
+    pub(crate) laps: f64,
+    pub(crate) both_ways: bool,
+    pub(crate) sensors: Sensors,
+}
+
+impl WorldConfig {
+    /// Parses the text of a world's file.
+    ///
+    /// # Errors
+    /// A usage error that names the line, the key and what was expected.
+    pub fn parse(text: &str) -> Result<Self> {
+        toml::from_str(text).map_err(|e| {
+            let before = e.span().map_or(0, |span| span.start.min(text.len()));
+            let line = 1 + text.bytes().take(before).filter(|b| *b == b'\n').count();
+            Error::usage(format!("line {line}: {}", e.message().replace('\n', " ")))
+        })
+    }
+}
+
+impl Building {
+    /// Reads a world's file.
+    ///
+    /// # Errors
+    /// Where it can't be read, or as [`Building::new`]; the message begins with the file's name.
+    pub fn read(file: &Path) -> Result<Self> {
+        let text = String::from_utf8(storage::read_file(file)?).map_err(|_| {
+            Error::usage(format!("{}: not UTF-8 text; expected TOML", file.display()))
+        })?;
+        WorldConfig::parse(&text)
+            .and_then(|config| Self::new(&config, file.parent()))
+            .map_err(|fault| fault.in_file(file))
+    }
+
+    /// The same from a text, which may name no map.
+    ///
+    /// # Errors
+    /// As [`Building::new`].
+    pub fn from_text(text: &str) -> Result<Self> {
+        Self::new(&WorldConfig::parse(text)?, None)
+    }
+
+    /// Checks a world; a map's file is looked for in `folder`.
+    ///
+    /// # Errors
+    /// A usage error that names the table, the key, the fault and what was expected; for a map's file as its reader
+    /// tells it.
+    pub fn new(config: &WorldConfig, folder: Option<&Path>) -> Result<Self> {
+        if config.name.is_empty() {
+            return Err(Error::usage("`name` is empty; expected the world's name"));
+        }
+        let materials = Materials::new(&config.materials)?;
+        let told = &config.building;
+        let place = "[building]";
+        within(told.ceiling_m, "ceiling_m", 0.1..=1000.0, place)?;
+        within(told.illumination_sd, "illumination_sd", 0.0..=1.0, place)?;
+        let [dim, bright] = told.daylight;
+        if !(0.0 <= dim && dim <= bright && bright <= 1.0) {
+            return Err(Error::usage(format!(
+                "{place}: `daylight` is [{dim}, {bright}]; expected a range within 0 to 1"
+            )));
+        }
+        let wall = materials.named(&told.wall, place)?;
+        let numbered = |index: usize| index + 1;
+        let walls = config.wall.iter().enumerate();
+        let walls = walls.map(|(i, told)| Polyline::new(told, numbered(i), &materials, wall));
+        let things = config.thing.iter().enumerate();
+        let things = things.map(|(i, told)| Thing::new(told, numbered(i), &materials));
+        let lights = config.light.iter().enumerate();
+        let lights = lights.map(|(i, told)| told.light(numbered(i)));
+        let doors = config.fire_door.iter().enumerate();
+        let doors = doors.map(|(i, told)| told.wall(numbered(i), &materials));
+        let map_walls = match &told.map {
+            None => Vec::new(),
+            Some(map) => map_walls(map, folder, wall)?,
+        };
+        if config.wall.is_empty() && map_walls.is_empty() {
+            return Err(Error::usage(
+                "no wall; expected at least one [[wall]], or a `map` in [building]",
+            ));
+        }
+        let robot = Robot::new(&config.robot)?;
+        Ok(Self {
+            name: config.name.clone(),
+            source: config.source.clone(),
+            walls: walls.collect::<Result<_>>()?,
+            map_walls,
+            things: things.collect::<Result<_>>()?,
+            lights: lights.collect::<Result<_>>()?,
+            fire_doors: doors.collect::<Result<_>>()?,
+            ceiling_m: told.ceiling_m,
+            floor: materials.named(&told.floor, place)?,
+            ceiling: materials.named(&told.ceiling, place)?,
+            illumination_sd: told.illumination_sd,
+            daylight: told.daylight,
+            journey: config.path.journey()?,
+            sets: sets(config, &robot)?,
+            robot,
+        })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What it is made after, in words.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// How its robot drives.
+    pub fn robot(&self) -> &RobotConfig {
+        &self.robot.config
+    }
+
+    /// Names of its sets; none where the file has no `[[set]]`.
+    pub fn set_names(&self) -> Vec<&str> {
+        let names = self.sets.iter().map(|set| set.name.as_str());
+        names.filter(|name| !name.is_empty()).collect()
+    }
+
+    pub(crate) fn sets(&self) -> &[RunSet] {
+        &self.sets
+    }
+
+    pub(crate) fn journey(&self) -> &Journey {
+        &self.journey
+    }
+
+    pub(crate) fn turret_north(&self) -> bool {
+        self.robot.turret_north
+    }
+
+    /// The building as run number `run` finds it: doors open or shut, things where they were left, lamps and daylight.
+    ///
+    /// # Errors
+    /// Where a wall is out of the plan's bounds.
+    pub fn plan_of_run(&self, seed: Seed, run: u64) -> Result<RunScene> {
+        self.scene(seed, run, false)
+    }
+
+    /// The same with those doors shut that stay shut while the building is mapped.
+    ///
+    /// # Errors
+    /// Where a wall is out of the plan's bounds.
+    pub fn plan_while_mapping(&self, seed: Seed, run: u64) -> Result<RunScene> {
+        self.scene(seed, run, true)
+    }
+
+    fn scene(&self, seed: Seed, run: u64, mapping: bool) -> Result<RunScene> {
+        let mut random = seed.numbered_stream("world/building/doors", run);
+        let mut walls: Vec<Wall> = Vec::new();
+        for line in &self.walls {
+            walls.extend(line.walls(&mut random, mapping));
+        }
+        walls.extend(&self.map_walls);
+        let mut random = seed.numbered_stream("world/building/things", run);
+        for thing in &self.things {
+            walls.extend(thing.walls(&mut random));
+        }
+        let mut random = seed.numbered_stream("world/building/lights", run);
+        let normal: f64 = random.sample(StandardNormal);
+        let [dim, bright] = self.daylight;
+        Ok(RunScene {
+            plan: FloorPlan::new(walls)?,
+            lights: self.lights.clone(),
+            illumination: (1.0 + self.illumination_sd * normal).max(0.1),
+            daylight: dim + random.random::<f64>() * (bright - dim),
+            ceiling_m: self.ceiling_m,
+            floor: self.floor,
+            ceiling: self.ceiling,
+            fire_doors: self.fire_doors.clone(),
+        })
+    }
+}
+
+/// The sets of runs: those of the file, or one without a name.
+fn sets(config: &WorldConfig, robot: &Robot) -> Result<Vec<RunSet>> {
+    let base = SensorTables {
+        sonar: config.sonar.clone(),
+        infrared: config.infrared.clone(),
+        laser: config.laser.clone(),
+        camera: config.camera.clone(),
+        compass: config.compass.clone(),
+    };
+    let speed_m_per_s = robot.config.speed_m_per_s;
+    let made = |set: Option<&SetConfig>| -> Result<RunSet> {
+        let (runs, spacing) =
+            journey::runs_and_spacing(&config.record, set, config.path.follow, speed_m_per_s)?;
+        let laps = set.and_then(|set| set.laps).unwrap_or(config.path.laps);
+        journey::check_laps(laps, "[[set]]")?;
+        Ok(RunSet {
+            name: set.map_or_else(String::new, |set| set.name.clone()),
+            runs,
+            spacing,
+            laps,
+            both_ways: set
+                .and_then(|set| set.both_ways)
+                .unwrap_or(config.path.both_ways),
+            sensors: robot.sensors([Some(base.clone()), set.map(SetConfig::sensors)])?,
+        })
+    };
+    if config.set.is_empty() {
+        return Ok(vec![made(None)?]);
+    }
+    for (index, set) in config.set.iter().enumerate() {
+        let told = config.set[..index]
+            .iter()
+            .any(|other| other.name == set.name);
+        if told || set.name.is_empty() {
+            return Err(Error::usage(format!(
+                "[[set]] {}: `name` is `{}`; expected a name of its own",
+                index + 1,
+                set.name
+            )));
+        }
+    }
+    config.set.iter().map(|set| made(Some(set))).collect()
+}
+
+fn map_walls(_map: &str, _folder: Option<&Path>, _material: Material) -> Result<Vec<Wall>> {
+    Err(Error::usage("[building]: `map` can't be read yet"))
+}
+
+/// Makes sure that a number lies in a range; the fault is told with its key and its place in the file.
+fn within(value: f64, key: &str, expected: RangeInclusive<f64>, place: &str) -> Result<()> {
+    if expected.contains(&value) {
+        return Ok(());
+    }
+    Err(Error::usage(format!(
+        "{place}: `{key}` is {value}; expected {} to {}",
+        expected.start(),
+        expected.end()
+    )))
+}
