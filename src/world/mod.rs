@@ -9,6 +9,8 @@ pub mod corridor;
 mod echo;
 pub mod enclosure;
 pub mod floor_plan;
+pub mod infrared;
+pub mod laser;
 mod look;
 pub mod odometry;
 pub mod raycast;
@@ -20,6 +22,8 @@ mod surroundings;
 pub mod wall_line;
 
 pub use floor_plan::{FloorPlan, Material, Wall};
+pub use infrared::{Infrared, InfraredConfig};
+pub use laser::{Laser, LaserConfig};
 pub use look::Look;
 pub use odometry::OdometryConfig;
 pub use raycast::{Hit, Raycaster};
