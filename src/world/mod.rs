@@ -5,6 +5,7 @@
 //! hits first; a [`Sonar`] ring hears echoes along such rays; a [`robot`] drives a [`Route`] and
 //! dead-reckons; [`simulation`] lets it do so run after run and records; [`corridor`] is Thrun's 89 metres.
 
+pub mod compass;
 pub mod corridor;
 mod echo;
 pub mod enclosure;
@@ -19,8 +20,11 @@ pub mod route;
 pub mod simulation;
 pub mod sonar;
 mod surroundings;
+mod timed_path;
+mod turret;
 pub mod wall_line;
 
+pub use compass::{Compass, CompassConfig};
 pub use floor_plan::{FloorPlan, Material, Wall};
 pub use infrared::{Infrared, InfraredConfig};
 pub use laser::{Laser, LaserConfig};
@@ -32,4 +36,6 @@ pub use route::Route;
 pub use simulation::simulate;
 pub use sonar::{Sonar, SonarConfig};
 pub use surroundings::Surroundings;
+pub use timed_path::TimedPose;
+pub use turret::turret_headings;
 pub use wall_line::{Opening, OpeningKind, Room, WallLine};
