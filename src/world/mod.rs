@@ -2,8 +2,10 @@
 //!
 //! Read in this order: a [`FloorPlan`] is made of walls, each of a material; [`wall_line`] puts doors, windows and
 //! side hallways into a wall; [`enclosure`] makes sure that the robot can't get out; a [`Raycaster`] says what a ray
-//! hits first; a [`Sonar`] ring hears echoes along such rays; a [`robot`] drives a [`Route`] and
-//! dead-reckons; [`simulation`] lets it do so run after run and records; [`corridor`] is Thrun's 89 metres.
+//! hits first; along such rays a [`Sonar`] ring hears echoes, an [`Infrared`] ring sees how much light comes back and a
+//! [`Laser`] measures; [`people`] get in their way; a [`Compass`] tells the heading, and [`turret_headings`] how a turret
+//! follows it; a [`robot`] drives a [`Route`] and dead-reckons; [`simulation`] lets it do so run after run and records;
+//! [`corridor`] is Thrun's 89 metres.
 
 pub mod compass;
 pub mod corridor;
@@ -14,6 +16,7 @@ pub mod infrared;
 pub mod laser;
 mod look;
 pub mod odometry;
+pub mod people;
 pub mod raycast;
 pub mod robot;
 pub mod route;
@@ -30,6 +33,7 @@ pub use infrared::{Infrared, InfraredConfig};
 pub use laser::{Laser, LaserConfig};
 pub use look::Look;
 pub use odometry::OdometryConfig;
+pub use people::{Outing, People, PeopleConfig};
 pub use raycast::{Hit, Raycaster};
 pub use robot::{RobotConfig, Stop};
 pub use route::Route;
