@@ -5,6 +5,7 @@
 //! hits first; a [`Sonar`] ring hears echoes along such rays; a [`robot`] drives a [`Route`] and
 //! dead-reckons; [`simulation`] lets it do so run after run and records; [`corridor`] is Thrun's 89 metres.
 
+pub mod camera;
 pub mod corridor;
 mod echo;
 pub mod enclosure;
@@ -20,6 +21,7 @@ pub mod sonar;
 mod surroundings;
 pub mod wall_line;
 
+pub use camera::{Camera, CameraConfig};
 pub use floor_plan::{FloorPlan, Material, Wall};
 pub use look::Look;
 pub use odometry::OdometryConfig;

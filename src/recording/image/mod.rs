@@ -46,6 +46,12 @@ impl Image {
         Ok(Self { rows, columns, rgb })
     }
 
+    /// An image from values that are known to be three for each of at least one pixel.
+    pub(crate) fn from_values(rows: usize, columns: usize, rgb: Vec<u8>) -> Self {
+        debug_assert!(!rgb.is_empty() && rgb.len() == 3 * rows * columns);
+        Self { rows, columns, rgb }
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows
