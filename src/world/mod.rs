@@ -4,10 +4,12 @@
 //! side hallways into a wall; [`enclosure`] makes sure that the robot can't get out; a [`Raycaster`] says what a ray
 //! hits first; along such rays a [`Sonar`] ring hears echoes, an [`Infrared`] ring sees how much light comes back and a
 //! [`Laser`] measures; [`people`] get in their way; a [`Compass`] tells the heading, and [`turret_headings`] how a turret
-//! follows it; a [`robot`] drives a [`Route`] and dead-reckons; [`simulation`] lets it do so run after run and records;
-//! [`corridor`] is Thrun's 89 metres.
+//! follows it; a [`Camera`] looks. A [`robot`] drives a [`Route`], follows a wall or visits poses, and dead-reckons;
+//! [`building`] reads all of this from a file, walls also from a [`map_server`] map; [`simulation`] lets the robot drive
+//! run after run and records; [`corridor`] is Thrun's 89 metres.
 
 pub mod building;
+pub mod camera;
 pub mod compass;
 pub mod corridor;
 mod echo;
@@ -16,6 +18,7 @@ pub mod floor_plan;
 pub mod infrared;
 pub mod laser;
 mod look;
+pub mod map_server;
 pub mod odometry;
 pub mod people;
 pub mod raycast;
@@ -27,10 +30,13 @@ pub mod sonar;
 mod surroundings;
 mod timed_path;
 mod turret;
+mod visit;
+mod wall_following;
 pub mod wall_line;
 mod way;
 
 pub use building::{Building, WorldConfig};
+pub use camera::{Camera, CameraConfig};
 pub use compass::{Compass, CompassConfig};
 pub use floor_plan::{FloorPlan, Material, Wall};
 pub use infrared::{Infrared, InfraredConfig};
