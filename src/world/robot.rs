@@ -2,7 +2,7 @@
 
 use super::{
     OdometryConfig, Route,
-    way::{Way, stops},
+    way::{Way, halts, reckoned},
 };
 use crate::{
     error::{Error, Result},
@@ -121,8 +121,8 @@ pub fn drive(
 ) -> Result<Vec<Stop>> {
     config.check()?;
     let way = RouteWay::draw(seed, run, (route, route), false, 1.0, config);
-    let halts = stops(seed, run, &way, config, (spacing_m, usize::MAX), clear)?;
-    Ok(halts.into_iter().map(|(stop, _)| stop).collect())
+    let halts = halts(seed, run, &way, config, (spacing_m, usize::MAX), clear)?;
+    Ok(reckoned(seed, run, &config.odometry, &halts, None))
 }
 
 /// A route as one run drives it.
@@ -214,8 +214,8 @@ impl Wander {
         }
     }
 
-    /// The pose driven at a coordinate of the route.
-    fn pose(&self, route: &Route, route_m: f64) -> Pose {
+    /// How far to the left of the route it is at a coordinate, metres, and its slope.
+    pub(super) fn left_m(&self, route_m: f64) -> (f64, f64) {
         let (mut free_m, mut free_slope) = (0.0, 0.0);
         for (sine_m, cosine_m, per_m) in self.waves {
             let (sin, cos) = (per_m * route_m).sin_cos();
@@ -223,7 +223,12 @@ impl Wander {
             free_slope += per_m * (sine_m * cos - cosine_m * sin);
         }
         let bent = (free_m / self.limit_m).tanh();
-        let (left_m, slope) = (self.limit_m * bent, free_slope * (1.0 - bent * bent));
+        (self.limit_m * bent, free_slope * (1.0 - bent * bent))
+    }
+
+    /// The pose driven at a coordinate of the route.
+    fn pose(&self, route: &Route, route_m: f64) -> Pose {
+        let (left_m, slope) = self.left_m(route_m);
         let (middle, heading_rad, curvature_per_m) = route.at(route_m);
         let place = middle + Vector2::new(-heading_rad.sin(), heading_rad.cos()) * left_m;
         // d/ds (r + l n) = (1 − κ l) t + l' n

@@ -1,12 +1,13 @@
 //! From a building, or floor plans and a route, to a Recording: drive run after run, and record what the sensors say.
 
+mod drive;
+
 use super::{
-    Building, FloorPlan, Raycaster, RobotConfig, Route, RunScene, Sonar, SonarConfig, Stop,
-    Surroundings, Wall,
-    building::{Journey, MOST_SNAPSHOTS, RunSet, Sensors, Spacing},
+    Building, Camera, Compass, FloorPlan, Infrared, Laser, RobotConfig, Route, Sonar, SonarConfig,
+    Stop, Surroundings,
+    building::{MOST_SNAPSHOTS, RunSet, Sensors},
     enclosure::check_enclosed,
-    robot::{RouteWay, drive},
-    way::{Halt, Way, stops, travelled_m},
+    robot,
 };
 use crate::{
     error::{Error, Result},
@@ -14,14 +15,12 @@ use crate::{
     recording::{Channel, Columns, Recording},
     seed::Seed,
 };
-use nalgebra::Point2;
 use ndarray::Array2;
+use drive::{Drive, check_clear, drive_set, in_run, place};
 use rayon::prelude::*;
 
 /// Pause between two runs, on the recording's clock, seconds.
 const PAUSE_S: f64 = 600.0;
-/// Walls that begin this high above the floor are in nobody's way, metres.
-const HEADROOM_M: f64 = 1.5;
 
 /// Which runs of a building are simulated.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -30,17 +29,6 @@ pub struct Choice {
     pub set: Option<String>,
     /// This number of runs of each set, instead of the file's.
     pub runs: Option<usize>,
-}
-
-/// A run, driven: what the building was like, and where the robot stopped.
-struct Drive {
-    /// Its number among all the building's runs.
-    run: u64,
-    scene: RunScene,
-    caster: Raycaster,
-    stops: Vec<Stop>,
-    /// When it began, on the recording's clock, seconds.
-    start_s: f64,
 }
 
 /// Simulates a building's robot and records all its sensors.
@@ -128,143 +116,37 @@ fn chosen<'a>(building: &'a Building, choice: &Choice) -> Result<Vec<(u64, &'a R
     }
 }
 
-/// Drives all runs of a set.
-fn drive_set(
-    building: &Building,
-    seed: Seed,
-    first: u64,
-    set: &RunSet,
-    runs: usize,
-    start_s: f64,
-) -> Result<Vec<Drive>> {
-    let robot = building.robot();
-    let numbers: Vec<u64> = (first..first + runs as u64).collect();
-    let scenes: Vec<(RunScene, FloorPlan)> = numbers
-        .par_iter()
-        .map(|&run| {
-            let scene = building.plan_of_run(seed, run)?;
-            let in_the_way = |wall: &&Wall| wall.low_m < HEADROOM_M;
-            let walls = scene.plan.walls().iter().filter(in_the_way).copied();
-            let obstacles = FloorPlan::new(walls.collect())?;
-            Ok((scene, obstacles))
-        })
-        .collect::<Result<_>>()?;
-    let ways: Vec<Box<dyn Way + '_>> = numbers
-        .par_iter()
-        .map(|&run| -> Result<Box<dyn Way + '_>> {
-            let back = set.both_ways && run % 2 == 1;
-            match building.journey() {
-                Journey::Route {
-                    there,
-                    back: reverse,
-                } => Ok(Box::new(RouteWay::draw(
-                    seed,
-                    run,
-                    (there, reverse),
-                    back,
-                    set.laps,
-                    robot,
-                ))),
-                Journey::Wall { .. } => Err(Error::work("wall following is not there yet")),
-                Journey::Poses(_) => Err(Error::work("poses are not there yet")),
-            }
-        })
-        .collect::<Result<_>>()?;
-    let lengths_m: Vec<f64> = ways
-        .par_iter()
-        .map(|way| travelled_m(way.as_ref()))
-        .collect();
-    let spacings = spacings(set, runs, &lengths_m)?;
-    let driven: Vec<Vec<Halt>> = (0..runs)
-        .into_par_iter()
-        .map(|index| {
-            let (run, (scene, obstacles)) = (numbers[index], &scenes[index]);
-            let mut started = false;
-            let clear = |pose: &Pose, route_m: f64| {
-                if !std::mem::replace(&mut started, true) {
-                    let closed = [obstacles.walls(), &scene.fire_doors].concat();
-                    check_enclosed(&FloorPlan::new(closed)?, &place(pose), robot.radius_m)?;
-                }
-                check_clear(obstacles, pose, route_m, robot.radius_m)
-            };
-            stops(
-                seed,
-                run,
-                ways[index].as_ref(),
-                robot,
-                spacings[index],
-                clear,
-            )
-            .map_err(|fault| in_run(fault, run))
-        })
-        .collect::<Result<_>>()?;
-    let mut start_s = start_s;
-    let drives = numbers.iter().zip(scenes).zip(driven);
-    let drives = drives.map(|((&run, (scene, _)), halts)| {
-        let drive = Drive {
-            run,
-            caster: Raycaster::new(scene.plan.clone()),
-            scene,
-            stops: halts.into_iter().map(|(stop, _)| stop).collect(),
-            start_s,
-        };
-        start_s = drive.end_s() + PAUSE_S;
-        drive
-    });
-    Ok(drives.collect())
-}
-
-/// How far apart the snapshots of each run stand, and how many there are at most.
-fn spacings(set: &RunSet, runs: usize, lengths_m: &[f64]) -> Result<Vec<(f64, usize)>> {
-    let whole_m: f64 = lengths_m.iter().sum();
-    match set.spacing {
-        Spacing::Metres(metres) => {
-            let expected = whole_m / metres + runs as f64;
-            if expected > MOST_SNAPSHOTS as f64 {
-                return Err(Error::usage(format!(
-                    "simulation: {runs} runs with a snapshot every {metres} m make {expected:.0}; expected up to {MOST_SNAPSHOTS}"
-                )));
-            }
-            Ok(vec![(metres, usize::MAX); runs])
-        }
-        Spacing::Exactly(count) => {
-            // The file's number is for the file's runs.
-            let count = (count as f64 * runs as f64 / set.runs as f64).round();
-            // Each run gets its share by length: the whole part of what the runs up to it get, less the ones before.
-            let mut reached_m = 0.0;
-            let mut given = 0;
-            let shares = lengths_m.iter().map(|length_m| {
-                reached_m += length_m;
-                let until = (count * reached_m / whole_m).round() as usize;
-                let share = until - given;
-                given = until;
-                (length_m / share.max(1) as f64, share)
-            });
-            Ok(shares.collect())
-        }
-        Spacing::AtPoses => Ok(vec![(0.0, 0); runs]),
-    }
-}
-
-impl Drive {
-    fn end_s(&self) -> f64 {
-        self.start_s + self.stops.last().map_or(0.0, |stop| stop.stamp_s)
-    }
-}
-
 impl Sensors {
     /// Channels in their fixed order.
     fn channels(&self) -> Vec<Channel> {
-        self.sonar.iter().map(Sonar::channel).collect()
+        let sonar = self.sonar.iter().map(Sonar::channel);
+        let infrared = self.infrared.iter().map(Infrared::channel);
+        let laser = self.laser.iter().map(Laser::channel);
+        let camera = self.camera.iter().map(Camera::channel);
+        sonar.chain(infrared).chain(laser).chain(camera).collect()
     }
 
-    /// One reading of every sensor, channels side by side.
-    fn read(&self, seed: Seed, number: u64, drive: &Drive, stop: &Stop) -> Vec<f32> {
-        let around = Surroundings::new(&drive.caster, &drive.scene.fire_doors);
+    /// One reading of every sensor at a stop, channels side by side.
+    fn read(&self, seed: Seed, number: u64, drive: &Drive, index: usize) -> Vec<f32> {
+        let stop = &drive.stops[index];
+        let (scene, caster) = drive.building_at(index);
+        let mut passing = Vec::new();
+        drive.passing_at(stop.stamp_s, &mut passing);
+        let around = Surroundings::new(caster, &passing);
         let mut values = Vec::new();
+        // Each sensor has noise of its own, so that one sensor more changes nothing in the others.
+        let noise = |name| seed.numbered_stream(name, number);
         if let Some(sonar) = &self.sonar {
-            let mut noise = seed.numbered_stream("world/sonar", number);
-            values.extend(sonar.read(&around, &stop.pose, &mut noise));
+            values.extend(sonar.read(&around, &stop.pose, &mut noise("world/sonar")));
+        }
+        if let Some(infrared) = &self.infrared {
+            values.extend(infrared.read(&around, &stop.pose, &mut noise("world/infrared")));
+        }
+        if let Some(laser) = &self.laser {
+            values.extend(laser.read(&around, &stop.pose, &mut noise("world/laser")));
+        }
+        if let Some(camera) = &self.camera {
+            values.extend(camera.read(scene, &around, &stop.pose, &mut noise("world/camera")));
         }
         values
     }
@@ -296,7 +178,13 @@ pub fn simulate(
         )));
     }
     let run_s = 2.0 * route.length_m() / robot.speed_m_per_s + PAUSE_S;
-    let sensors = Sensors { sonar: Some(sonar) };
+    let sensors = Sensors {
+        sonar: Some(sonar),
+        infrared: None,
+        laser: None,
+        camera: None,
+        compass: None,
+    };
     let drives: Vec<(Drive, &Sensors)> = plans
         .into_par_iter()
         .enumerate()
@@ -308,16 +196,9 @@ pub fn simulate(
                 }
                 check_clear(&plan, pose, route_m, robot.radius_m)
             };
-            let stops = drive(seed, run as u64, route, robot, spacing_m, clear)
+            let stops = robot::drive(seed, run as u64, route, robot, spacing_m, clear)
                 .map_err(|fault| in_run(fault, run as u64))?;
-            let drive = Drive {
-                run: run as u64,
-                caster: Raycaster::new(plan.clone()),
-                scene: RunScene::of(plan),
-                stops,
-                start_s: run as f64 * run_s,
-            };
-            Ok((drive, &sensors))
+            Ok((Drive::alone(run, plan, stops, run as f64 * run_s), &sensors))
         })
         .collect::<Result<_>>()?;
     record(seed, &drives, None)
@@ -336,9 +217,23 @@ fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> R
             let (drive, sensors) = &drives[run];
             // Both are below 2^32: see MOST_SNAPSHOTS.
             let number = drive.run << 32 | stop as u64;
-            sensors.read(seed, number, drive, &drive.stops[stop])
+            sensors.read(seed, number, drive, stop)
         })
         .collect();
+    // Runs of one recording have a compass all, or none; its distortion is the building's.
+    let compasses = drives.iter().map(|(_, sensors)| sensors.compass.clone());
+    let compasses: Option<Vec<Compass>> = compasses
+        .map(|config| config.map(|config| Compass::new(config, seed)).transpose())
+        .collect::<Result<_>>()?;
+    let compass_rad = compasses.map(|compasses| {
+        let each = places.iter().map(|&(run, stop)| {
+            let drive = &drives[run].0;
+            let number = drive.run << 32 | stop as u64;
+            let mut noise = seed.numbered_stream("world/compass/noise", number);
+            compasses[run].read(&drive.stops[stop].pose, &mut noise)
+        });
+        each.collect()
+    });
     let of_each = |value: &dyn Fn(&Drive, &Stop) -> f64| -> Vec<f64> {
         let each = places.iter().map(|&(run, stop)| (&drives[run].0, stop));
         each.map(|(drive, stop)| value(drive, &drive.stops[stop]))
@@ -361,147 +256,12 @@ fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> R
         pose: pose_of_each(|stop| stop.pose),
         odometry: pose_of_each(|stop| stop.odometry),
         run: places.iter().map(|&(run, _)| run as i64).collect(),
+        compass_rad,
         route_m: Some(of_each(&|_, stop| stop.route_m)),
         source,
         ..Columns::default()
     })
 }
 
-/// A fault of a run, told with its number; that of the call stays as it is.
-fn in_run(fault: Error, run: u64) -> Error {
-    if fault.is_usage() {
-        fault
-    } else {
-        Error::work(format!("run {run}: {fault}"))
-    }
-}
-
-/// Makes sure that the robot at a pose is clear of the walls.
-fn check_clear(plan: &FloorPlan, pose: &Pose, route_m: f64, radius_m: f64) -> Result<()> {
-    if plan.clearance_m(&place(pose)) < radius_m {
-        return Err(Error::work(format!(
-            "robot: hits a wall {route_m:.2} m along the route, near ({:.2}, {:.2}); expected {radius_m} m of free space around it",
-            pose.x_m, pose.y_m
-        )));
-    }
-    Ok(())
-}
-
-fn place(pose: &Pose) -> Point2<f64> {
-    Point2::new(pose.x_m, pose.y_m)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::world::{Material, OdometryConfig, Wall};
-
-    const BRICK: Material = Material {
-        reflectivity: 1.0,
-        critical_angle_rad: 0.5,
-        ..Material::PLAIN
-    };
-
-    /// A bare room of 10 × 4 m, its corners joined by `walls` of the four sides, and a straight route through it.
-    fn room(walls: usize) -> (FloorPlan, Route) {
-        let corners = [[0.0, 0.0], [10.0, 0.0], [10.0, 4.0], [0.0, 4.0], [0.0, 0.0]];
-        let sides = corners.windows(2).take(walls);
-        let walls = sides
-            .map(|pair| Wall::new(pair[0].into(), pair[1].into(), BRICK))
-            .collect();
-        let route = Route::new(&[Point2::new(1.0, 2.0), Point2::new(9.0, 2.0)], 0.0).unwrap();
-        (FloorPlan::new(walls).unwrap(), route)
-    }
-
-    fn error(walls: usize, way: [[f64; 2]; 2], spacing_m: f64, robot: RobotConfig) -> Error {
-        let (plan, _) = room(walls);
-        let route = Route::new(&[way[0].into(), way[1].into()], 0.0).unwrap();
-        simulate(
-            Seed(1),
-            vec![plan],
-            &route,
-            &robot,
-            &SonarConfig::default(),
-            spacing_m,
-        )
-        .unwrap_err()
-    }
-
-    #[test]
-    fn each_bad_call_gets_one_clear_line() {
-        let (way, robot) = ([[1.0, 2.0], [9.0, 2.0]], RobotConfig::default);
-        for spacing_m in [0.0, -1.0, f64::NAN] {
-            let told = error(4, way, spacing_m, robot());
-            assert!(
-                told.is_usage() && told.to_string().contains("spacing_m"),
-                "{told}"
-            );
-        }
-        let told = error(
-            4,
-            way,
-            1.0,
-            RobotConfig {
-                speed_m_per_s: 0.0,
-                ..robot()
-            },
-        );
-        assert!(
-            told.is_usage() && told.to_string().contains("`speed_m_per_s` is 0"),
-            "{told}"
-        );
-        let told = error(
-            4,
-            way,
-            1.0,
-            RobotConfig {
-                odometry: OdometryConfig {
-                    rotation_noise_rad: -0.1,
-                    ..Default::default()
-                },
-                ..robot()
-            },
-        );
-        assert!(
-            told.is_usage() && told.to_string().contains("`rotation_noise_rad` is -0.1"),
-            "{told}"
-        );
-        let told = error(3, way, 1.0, robot());
-        assert!(
-            told.to_string()
-                .contains("run 0: floor plan: a robot of radius 0.27 m gets out near"),
-            "{told}"
-        );
-        let told = error(4, [[0.0, 0.1], [9.0, 2.0]], 1.0, robot());
-        assert!(told.to_string().contains("starts in a wall"), "{told}");
-        let told = error(4, [[1.0, 2.0], [9.9, 2.0]], 1.0, robot());
-        assert!(told.to_string().contains("hits a wall"), "{told}");
-        let told = error(4, [[1.0, 2.0], [1e5, 2.0]], 0.05, robot());
-        assert!(
-            told.is_usage() && told.to_string().contains("expected up to"),
-            "{told}"
-        );
-    }
-
-    #[test]
-    fn every_stop_is_labelled_with_its_own_place() {
-        let (plan, route) = room(4);
-        let recording = simulate(
-            Seed(1),
-            vec![plan; 2],
-            &route,
-            &RobotConfig::default(),
-            &SonarConfig::default(),
-            0.5,
-        )
-        .unwrap();
-        assert_eq!(recording.runs().len(), 2);
-        for index in 0..recording.len() {
-            let snapshot = recording.snapshot(index);
-            assert!((snapshot.route_m.unwrap() - (snapshot.pose.x_m - 1.0)).abs() < 1e-9);
-        }
-        let stamps = &recording.columns().stamp_s;
-        assert!(stamps.windows(2).all(|pair| pair[0] < pair[1]));
-        assert!((stamps[1] - stamps[0] - 0.5 / 0.15).abs() < 1e-9);
-    }
-}
+mod tests;

@@ -1,6 +1,6 @@
 //! The way that a robot truly drives in one run: a pose for every metre of it, and where snapshots are taken.
 
-use super::{RobotConfig, Stop, odometry::DeadReckoning};
+use super::{OdometryConfig, RobotConfig, Stop, odometry::DeadReckoning};
 use crate::{
     error::{Error, Result},
     geometry::{Pose, wrapped},
@@ -27,8 +27,18 @@ pub(super) trait Way: Send + Sync {
     fn laps(&self, at_m: f64) -> f64;
 }
 
-/// A stop, and how often the robot had been round.
-pub(super) type Halt = (Stop, f64);
+/// Where the robot is when a snapshot is taken.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Halt {
+    /// The true pose.
+    pub(super) pose: Pose,
+    /// Coordinate along the route, metres.
+    pub(super) route_m: f64,
+    /// Seconds since the run began.
+    pub(super) stamp_s: f64,
+    /// Times that the robot has been round.
+    pub(super) laps: f64,
+}
 
 /// Metres travelled from begin to end.
 pub(super) fn travelled_m(way: &dyn Way) -> f64 {
@@ -51,7 +61,7 @@ pub(super) fn travelled_m(way: &dyn Way) -> f64 {
 ///
 /// # Errors
 /// A usage error where the spacing is shorter than a step; the first error of `clear`.
-pub(super) fn stops(
+pub(super) fn halts(
     seed: Seed,
     run: u64,
     way: &dyn Way,
@@ -65,8 +75,6 @@ pub(super) fn stops(
         )));
     }
     let mut jitter = seed.numbered_stream("world/robot/heading", run);
-    let mut slip = seed.numbered_stream("world/robot/odometry", run);
-    let mut reckoning = DeadReckoning::draw(&config.odometry, &mut slip);
     let mut halts: Vec<Halt> = Vec::new();
     let [mut at_m, end_m] = way.span_m();
     let mut here = way.pose(at_m);
@@ -76,7 +84,7 @@ pub(super) fn stops(
         let next = way.pose(at_m + STEP_M);
         let moved_m = here.distance_m(&next);
         // The spacing is no shorter than a step, so no step holds two stops but for rounding, which `while` takes too.
-        while travelled_m + moved_m > due_m && halts.len() < most {
+        while moved_m > 0.0 && travelled_m + moved_m > due_m && halts.len() < most {
             let stop_m = at_m + STEP_M * (due_m - travelled_m) / moved_m;
             if stop_m > end_m {
                 break;
@@ -84,14 +92,12 @@ pub(super) fn stops(
             let mut pose = way.pose(stop_m);
             let normal: f64 = jitter.sample(StandardNormal);
             pose.heading_rad = wrapped(pose.heading_rad + config.heading_sd_rad * normal);
-            let odometry = reckoning.reach(&pose, &mut slip);
-            let stop = Stop {
+            halts.push(Halt {
                 pose,
                 route_m: way.route_m(stop_m),
                 stamp_s: due_m / config.speed_m_per_s,
-                odometry,
-            };
-            halts.push((stop, way.laps(stop_m)));
+                laps: way.laps(stop_m),
+            });
             due_m = halts.len() as f64 * spacing_m;
         }
         travelled_m += moved_m;
@@ -99,4 +105,36 @@ pub(super) fn stops(
         here = next;
     }
     Ok(halts)
+}
+
+/// Dead-reckons from halt to halt.
+///
+/// With a turret, of the true headings and the one it is held to, sensors look where it does: poses and odometry of the
+/// stops are the turret's, whose angle against the base is known.
+pub(super) fn reckoned(
+    seed: Seed,
+    run: u64,
+    odometry: &OdometryConfig,
+    halts: &[Halt],
+    turret: Option<(&[f64], f64)>,
+) -> Vec<Stop> {
+    let mut slip = seed.numbered_stream("world/robot/odometry", run);
+    let mut reckoning = DeadReckoning::draw(odometry, &mut slip);
+    let stop = |(index, halt): (usize, &Halt)| {
+        let looks_rad = turret.map(|(headings_rad, north_rad)| (headings_rad[index], north_rad));
+        let error_rad = looks_rad.map_or(0.0, |(looks, north)| wrapped(looks - north));
+        let mut pose = halt.pose;
+        let mut odometry = reckoning.reach_beside(&pose, error_rad, &mut slip);
+        if let Some((looks_rad, _)) = looks_rad {
+            odometry.heading_rad = wrapped(odometry.heading_rad + looks_rad - pose.heading_rad);
+            pose.heading_rad = looks_rad;
+        }
+        Stop {
+            pose,
+            route_m: halt.route_m,
+            stamp_s: halt.stamp_s,
+            odometry,
+        }
+    };
+    halts.iter().enumerate().map(stop).collect()
 }

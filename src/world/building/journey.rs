@@ -4,7 +4,7 @@ use super::{sensors::SensorTables, wall::Side, within};
 use crate::{
     error::{Error, Result},
     geometry::Pose,
-    world::Route,
+    world::{Route, wall_following::Following},
 };
 use nalgebra::Point2;
 use serde::Deserialize;
@@ -35,8 +35,9 @@ pub struct PathConfig {
     pub bend_radius_m: f64,
     /// Does the route lead back to its first corner?
     pub closed: bool,
-    /// Side of the robot that the wall is on.
-    pub side: Side,
+    /// Side of the robot that the wall is on; for wall following left where it isn't said. On a route only people who
+    /// pass between robot and wall need it.
+    pub side: Option<Side>,
     /// Way from the robot's rim to the wall that it follows, metres.
     pub distance_m: f64,
     /// Times around, for closed routes, wall following and poses.
@@ -54,7 +55,7 @@ impl Default for PathConfig {
             corners: Vec::new(),
             bend_radius_m: 1.0,
             closed: false,
-            side: Side::Left,
+            side: None,
             distance_m: 0.5,
             laps: 1.0,
             both_ways: false,
@@ -65,7 +66,7 @@ impl Default for PathConfig {
 
 /// A way, checked.
 #[derive(Debug, Clone)]
-pub(crate) enum Journey {
+pub(in crate::world) enum Journey {
     /// Along a route and along its reverse.
     Route {
         /// There.
@@ -74,14 +75,7 @@ pub(crate) enum Journey {
         back: Route,
     },
     /// Along a wall from a start.
-    Wall {
-        /// Where it starts, and which way it faces.
-        start: Pose,
-        /// Side of the robot that the wall is on.
-        side: Side,
-        /// Way from its rim to the wall, metres.
-        distance_m: f64,
-    },
+    Wall(Following),
     /// From pose to pose.
     Poses(Vec<Pose>),
 }
@@ -207,11 +201,11 @@ impl PathConfig {
                 if !finite {
                     return wrong("`corners` are the same place or not finite; expected a direction to start in".into());
                 }
-                Ok(Journey::Wall {
+                Ok(Journey::Wall(Following {
                     start: Pose::new(start.x, start.y, facing.y.atan2(facing.x)),
-                    side: self.side,
+                    left: self.side != Some(Side::Right),
                     distance_m: self.distance_m,
-                })
+                }))
             }
             Follow::Poses => {
                 if self.poses.is_empty() {

@@ -14,7 +14,7 @@ use crate::{
     error::{Error, Result},
     seed::Seed,
     storage,
-    world::{FloorPlan, Light, Material, RobotConfig, RunScene, Wall},
+    world::{FloorPlan, Light, Material, PeopleConfig, RobotConfig, RunScene, Wall, map_server},
 };
 use furnishing::Thing;
 pub use furnishing::{FireDoorConfig, LightConfig, ThingConfig};
@@ -84,7 +84,7 @@ pub struct WorldConfig {
     #[serde(default)]
     pub set: Vec<SetConfig>,
     /// Who walks about.
-    pub people: Option<toml::Table>,
+    pub people: Option<PeopleConfig>,
 }
 
 /// `[building]`: what holds for the whole building.
@@ -157,6 +157,8 @@ pub struct Building {
     robot: Robot,
     journey: Journey,
     sets: Vec<RunSet>,
+    people: Option<PeopleConfig>,
+    wall_on_left: Option<bool>,
 }
 
 /// Runs that belong together.
@@ -239,7 +241,14 @@ impl Building {
         let doors = doors.map(|(i, told)| told.wall(numbered(i), &materials));
         let map_walls = match &told.map {
             None => Vec::new(),
-            Some(map) => map_walls(map, folder, wall)?,
+            Some(map) => {
+                let Some(folder) = folder else {
+                    return Err(Error::usage(format!(
+                        "{place}: `map` is {map}; expected a world's file that it lies beside"
+                    )));
+                };
+                map_server::walls(&folder.join(map), wall)?
+            }
         };
         if config.wall.is_empty() && map_walls.is_empty() {
             return Err(Error::usage(
@@ -247,6 +256,19 @@ impl Building {
             ));
         }
         let robot = Robot::new(&config.robot)?;
+        let sets = sets(config, &robot)?;
+        for camera in sets.iter().filter_map(|set| set.sensors.camera.as_ref()) {
+            let height_m = camera.config().height_m;
+            if height_m >= told.ceiling_m {
+                return Err(Error::usage(format!(
+                    "[camera]: `height_m` is {height_m}; expected less than the ceiling's {}",
+                    told.ceiling_m
+                )));
+            }
+        }
+        if let Some(people) = &config.people {
+            people.check()?;
+        }
         Ok(Self {
             name: config.name.clone(),
             source: config.source.clone(),
@@ -261,8 +283,13 @@ impl Building {
             illumination_sd: told.illumination_sd,
             daylight: told.daylight,
             journey: config.path.journey()?,
-            sets: sets(config, &robot)?,
+            sets,
             robot,
+            people: config.people.clone(),
+            wall_on_left: match (config.path.side, config.path.follow) {
+                (None, Follow::Wall) => Some(true),
+                (side, _) => side.map(|side| side == Side::Left),
+            },
         })
     }
 
@@ -293,6 +320,15 @@ impl Building {
 
     pub(crate) fn journey(&self) -> &Journey {
         &self.journey
+    }
+
+    /// Is the wall that runs of a set keep beside them on the left, if they do, on the way there?
+    pub(crate) fn wall_on_left(&self) -> Option<bool> {
+        self.wall_on_left
+    }
+
+    pub(crate) fn people(&self) -> Option<&PeopleConfig> {
+        self.people.as_ref()
     }
 
     pub(crate) fn turret_north(&self) -> bool {
@@ -384,10 +420,6 @@ fn sets(config: &WorldConfig, robot: &Robot) -> Result<Vec<RunSet>> {
         }
     }
     config.set.iter().map(|set| made(Some(set))).collect()
-}
-
-fn map_walls(_map: &str, _folder: Option<&Path>, _material: Material) -> Result<Vec<Wall>> {
-    Err(Error::usage("[building]: `map` can't be read yet"))
 }
 
 /// Makes sure that a number lies in a range; the fault is told with its key and its place in the file.
