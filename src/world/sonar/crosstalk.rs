@@ -104,6 +104,13 @@ mod tests {
     };
     use nalgebra::Point2;
 
+    fn dull() -> Material {
+        Material {
+            reflectivity: 0.01,
+            ..Material::PLAIN
+        }
+    }
+
     /// Eight sonars, 0.3 m from the centre.
     fn wide_ring(opening_deg: f64) -> SonarConfig {
         exact(SonarConfig {
@@ -142,6 +149,10 @@ mod tests {
             "the one that fires first hears nothing sooner"
         );
         assert!(later[3..6].iter().all(|metres| metres.is_nan()));
+        // A dull board that hides all of the wall from sonar 1, and none of where sonar 0's sound arrives.
+        let hiding = Wall::new(Point2::new(1.0, 0.3), Point2::new(1.0, 5.0), dull());
+        let hidden = scan(firing_after(0.0), vec![upright(2.0, 0.8), hiding]);
+        assert!(hidden[1].is_nan(), "{}", hidden[1]);
         // After 60 ms, 20.6 m of sound, the air is quiet.
         assert_eq!(scan(firing_after(0.06), wall())[..2], quiet[..2]);
     }
@@ -159,13 +170,17 @@ mod tests {
         assert!(close(heard[1], way_m / 2.0, 5e-3), "{}", heard[1]);
         let quiet = scan(wide_ring(100.0), vec![upright(2.0, 0.02)]);
         assert!(close(quiet[1], 2.0 - at_m, 1e-3), "{}", quiet[1]);
-        // A board ahead of sonar 0, too dull to be heard itself, takes its sound away.
-        let dull = Material {
-            reflectivity: 0.01,
-            ..Material::PLAIN
-        };
-        let board = Wall::new(Point2::new(1.0, -0.9), Point2::new(1.0, 0.15), dull);
-        let hidden = scan(firing, vec![upright(2.0, 0.02), board]);
+        // A board ahead of sonar 0, too dull to be heard itself, takes its sound away; sonar 1 is left with its own.
+        let board = |y1_m, y2_m| Wall::new(Point2::new(1.0, y1_m), Point2::new(1.0, y2_m), dull());
+        let hidden = scan(firing.clone(), vec![upright(2.0, 0.02), board(-0.9, 0.15)]);
         assert!(close(hidden[1], 2.0 - at_m, 1e-3), "{}", hidden[1]);
+        // Sound on its way to the mirror passes at a height of 0.04 m, on its way back at 0.16 m: a board before sonar 1
+        // takes all away.
+        let narrow = SonarConfig {
+            capture_radius_m: 0.05,
+            ..firing
+        };
+        let hidden = scan(narrow, vec![upright(2.0, 0.02), board(0.06, 0.25)]);
+        assert!(hidden[1].is_nan(), "{}", hidden[1]);
     }
 }
