@@ -228,9 +228,13 @@ fn in_cold_air_walls_seem_farther() {
 #[test]
 fn options_out_of_bounds_are_told_by_name() {
     type Case = (&'static str, fn(&mut SonarConfig));
-    let cases: [Case; 11] = [
+    let cases: [Case; 12] = [
         ("`detailed`", |c| c.detailed = 0),
         ("readings", |c| c.detailed = 5000),
+        ("`opening_rad`", |c| {
+            c.plain = true;
+            c.opening_rad = 0.0;
+        }),
         ("`height_m`", |c| c.height_m = f64::NAN),
         ("`ring_radius_m`", |c| c.ring_radius_m = -0.1),
         ("`firing_interval_s`", |c| c.firing_interval_s = -0.1),
