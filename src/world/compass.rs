@@ -211,14 +211,15 @@ mod tests {
 
     #[test]
     fn constants_out_of_bounds_are_told_by_name() {
-        let cases: [(&str, &dyn Fn(&mut CompassConfig)); 7] = [
-            ("distortion_sd_rad", &|c| c.distortion_sd_rad = -0.1),
-            ("noise_rad", &|c| c.noise_rad = f64::NAN),
-            ("correlation_m", &|c| c.correlation_m = 0.0),
-            ("correlation_m", &|c| c.correlation_m = f64::INFINITY),
-            ("turret_time_s", &|c| c.turret_time_s = 0.0),
-            ("turret_rad_per_s", &|c| c.turret_rad_per_s = -1.0),
-            ("north_rad", &|c| c.north_rad = f64::NAN),
+        type Case = (&'static str, fn(&mut CompassConfig));
+        let cases: [Case; 7] = [
+            ("distortion_sd_rad", |c| c.distortion_sd_rad = -0.1),
+            ("noise_rad", |c| c.noise_rad = f64::NAN),
+            ("correlation_m", |c| c.correlation_m = 0.0),
+            ("correlation_m", |c| c.correlation_m = f64::INFINITY),
+            ("turret_time_s", |c| c.turret_time_s = 0.0),
+            ("turret_rad_per_s", |c| c.turret_rad_per_s = -1.0),
+            ("north_rad", |c| c.north_rad = f64::NAN),
         ];
         for (key, change) in cases {
             let mut config = CompassConfig::default();

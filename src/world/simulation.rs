@@ -15,8 +15,8 @@ use crate::{
     recording::{Channel, Columns, Recording},
     seed::Seed,
 };
-use ndarray::Array2;
 use drive::{Drive, check_clear, drive_set, in_run, place};
+use ndarray::Array2;
 use rayon::prelude::*;
 
 /// Pause between two runs, on the recording's clock, seconds.

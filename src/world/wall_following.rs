@@ -20,7 +20,7 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Where and how a wall is followed.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Following {
+pub(crate) struct Following {
     /// Where the robot starts, and which way it faces.
     pub(super) start: Pose,
     /// Is the wall on its left?

@@ -4,6 +4,7 @@ mod configs;
 mod device;
 mod help;
 mod import;
+mod import_frames;
 mod limits;
 mod localise;
 mod model;

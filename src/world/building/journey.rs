@@ -66,7 +66,7 @@ impl Default for PathConfig {
 
 /// A way, checked.
 #[derive(Debug, Clone)]
-pub(in crate::world) enum Journey {
+pub(crate) enum Journey {
     /// Along a route and along its reverse.
     Route {
         /// There.

@@ -11,7 +11,7 @@ use std::{f64::consts::PI, ops::ControlFlow};
 /// Light from all around, where full light is 1: what lamps of usual strength give by way of walls and floor.
 const AMBIENT: f64 = 0.6;
 /// How much more light a lamp gives than its brightness tells. Assumed: with panels of 1.2 × 0.3 m and brightness 3 at a
-/// usual height, a wall abreast of one is in full light, and one between two that are 5 m apart a quarter darker.
+/// usual height, a wall 1.2 m abreast of one is in full light, and one between two that are 5 m apart a third darker.
 const LAMP_GAIN: f64 = 8.0;
 /// Sources farther away than this give nothing, metres; up to there they fade.
 const REACH_M: f64 = 12.0;

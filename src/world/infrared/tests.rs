@@ -161,28 +161,26 @@ fn readings_step_by_the_resolution_and_stay_in_their_bounds() {
 
 #[test]
 fn constants_out_of_bounds_are_told_by_name() {
-    let changed = |change: &dyn Fn(&mut InfraredConfig)| {
-        let mut config = InfraredConfig::default();
-        change(&mut config);
-        Infrared::new(config)
-    };
-    let cases: [(&str, &dyn Fn(&mut InfraredConfig)); 13] = [
-        ("beams", &|c| c.beams = 0),
-        ("rays", &|c| c.rays = 0),
-        ("rays", &|c| c.rays = 1_000_000),
-        ("opening_rad", &|c| c.opening_rad = PI),
-        ("opening_rad", &|c| c.opening_rad = f64::NAN),
-        ("calibrated_to", &|c| c.calibrated_to = 0.0),
-        ("ring_radius_m", &|c| c.ring_radius_m = f64::NAN),
-        ("height_m", &|c| c.height_m = -0.1),
-        ("minimum_m", &|c| c.minimum_m = -0.1),
-        ("maximum_m", &|c| c.maximum_m = -1.0),
-        ("gain_sd", &|c| c.gain_sd = -0.1),
-        ("stray_sd", &|c| c.stray_sd = f64::INFINITY),
-        ("resolution_m", &|c| c.resolution_m = -0.1),
+    type Case = (&'static str, fn(&mut InfraredConfig));
+    let cases: [Case; 13] = [
+        ("beams", |c| c.beams = 0),
+        ("rays", |c| c.rays = 0),
+        ("rays", |c| c.rays = 1_000_000),
+        ("opening_rad", |c| c.opening_rad = PI),
+        ("opening_rad", |c| c.opening_rad = f64::NAN),
+        ("calibrated_to", |c| c.calibrated_to = 0.0),
+        ("ring_radius_m", |c| c.ring_radius_m = f64::NAN),
+        ("height_m", |c| c.height_m = -0.1),
+        ("minimum_m", |c| c.minimum_m = -0.1),
+        ("maximum_m", |c| c.maximum_m = -1.0),
+        ("gain_sd", |c| c.gain_sd = -0.1),
+        ("stray_sd", |c| c.stray_sd = f64::INFINITY),
+        ("resolution_m", |c| c.resolution_m = -0.1),
     ];
     for (key, change) in cases {
-        let error = changed(change).unwrap_err();
+        let mut config = InfraredConfig::default();
+        change(&mut config);
+        let error = Infrared::new(config).unwrap_err();
         assert!(
             error.is_usage() && error.to_string().contains(&format!("`{key}`")),
             "{error}"

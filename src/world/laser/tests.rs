@@ -172,20 +172,21 @@ fn readings_step_by_the_resolution() {
 
 #[test]
 fn constants_out_of_bounds_are_told_by_name() {
-    let cases: [(&str, &dyn Fn(&mut LaserConfig)); 13] = [
-        ("beams", &|c| c.beams = 0),
-        ("beams", &|c| c.beams = 1_000_000),
-        ("field_of_view_rad", &|c| c.field_of_view_rad = 0.0),
-        ("field_of_view_rad", &|c| c.field_of_view_rad = 7.0),
-        ("ahead_m", &|c| c.ahead_m = f64::NAN),
-        ("height_m", &|c| c.height_m = f64::NAN),
-        ("minimum_m", &|c| c.minimum_m = -0.1),
-        ("maximum_m", &|c| c.maximum_m = -20.0),
-        ("clear_below", &|c| c.clear_below = 1.5),
-        ("noise_m", &|c| c.noise_m = f64::NAN),
-        ("resolution_m", &|c| c.resolution_m = -0.1),
-        ("short_probability", &|c| c.short_probability = -0.1),
-        ("lost_probability", &|c| c.lost_probability = f64::NAN),
+    type Case = (&'static str, fn(&mut LaserConfig));
+    let cases: [Case; 13] = [
+        ("beams", |c| c.beams = 0),
+        ("beams", |c| c.beams = 1_000_000),
+        ("field_of_view_rad", |c| c.field_of_view_rad = 0.0),
+        ("field_of_view_rad", |c| c.field_of_view_rad = 7.0),
+        ("ahead_m", |c| c.ahead_m = f64::NAN),
+        ("height_m", |c| c.height_m = f64::NAN),
+        ("minimum_m", |c| c.minimum_m = -0.1),
+        ("maximum_m", |c| c.maximum_m = -20.0),
+        ("clear_below", |c| c.clear_below = 1.5),
+        ("noise_m", |c| c.noise_m = f64::NAN),
+        ("resolution_m", |c| c.resolution_m = -0.1),
+        ("short_probability", |c| c.short_probability = -0.1),
+        ("lost_probability", |c| c.lost_probability = f64::NAN),
     ];
     for (key, change) in cases {
         let mut config = LaserConfig::default();

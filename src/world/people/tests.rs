@@ -189,19 +189,20 @@ fn a_run_has_its_own_people_and_a_rate_the_stated_mean() {
 #[test]
 fn what_cannot_be_had_is_told() {
     let told = |config: &PeopleConfig| with(config, 0, |people| people.unwrap_err());
-    let cases: [(&str, &dyn Fn(&mut PeopleConfig)); 12] = [
-        ("`between`", &|c| c.between = 30),
-        ("`map_laps`", &|c| c.map_laps = f64::NAN),
-        ("`per_minute`", &|c| c.per_minute = -1.0),
-        ("`passing`", &|c| c.passing = usize::MAX),
-        ("`standing`", &|c| c.standing = 1_000_000),
-        ("`fire_doors_opened`", &|c| c.fire_doors_opened = 1_000_000),
-        ("`opened_s`", &|c| c.opened_s = [10.0, 4.0]),
-        ("`speed_m_per_s`", &|c| c.speed_m_per_s = [0.0, 1.0]),
-        ("`radius_m`", &|c| c.radius_m = 0.0),
-        ("`slim_m`", &|c| c.slim_m = 0.3),
-        ("`slim_m`", &|c| c.slim_m = f64::NAN),
-        ("`height_m`", &|c| c.height_m = -1.0),
+    type Case = (&'static str, fn(&mut PeopleConfig));
+    let cases: [Case; 12] = [
+        ("`between`", |c| c.between = 30),
+        ("`map_laps`", |c| c.map_laps = f64::NAN),
+        ("`per_minute`", |c| c.per_minute = -1.0),
+        ("`passing`", |c| c.passing = usize::MAX),
+        ("`standing`", |c| c.standing = 1_000_000),
+        ("`fire_doors_opened`", |c| c.fire_doors_opened = 1_000_000),
+        ("`opened_s`", |c| c.opened_s = [10.0, 4.0]),
+        ("`speed_m_per_s`", |c| c.speed_m_per_s = [0.0, 1.0]),
+        ("`radius_m`", |c| c.radius_m = 0.0),
+        ("`slim_m`", |c| c.slim_m = 0.3),
+        ("`slim_m`", |c| c.slim_m = f64::NAN),
+        ("`height_m`", |c| c.height_m = -1.0),
     ];
     for (key, change) in cases {
         let mut config = crowd();

@@ -97,7 +97,10 @@ impl Setting {
         Ok(Self {
             run,
             back: set.both_ways && run % 2 == 1,
-            obstacles: (before.map(Raycaster::new), Raycaster::new(obstacles(&later)?)),
+            obstacles: (
+                before.map(Raycaster::new),
+                Raycaster::new(obstacles(&later)?),
+            ),
             mapping,
             later,
             map_laps,
@@ -207,12 +210,20 @@ fn along_ways(
                         .map(|way| Box::new(way) as Box<dyn Way>)
                         .map_err(|fault| in_run(fault, run))
                 }
-                (Journey::Route { there, back: reverse }, _) => {
+                (
+                    Journey::Route {
+                        there,
+                        back: reverse,
+                    },
+                    _,
+                ) => {
                     let routes = (there, reverse);
                     let way = RouteWay::draw(seed, run, routes, back, set.laps, robot);
                     Ok(Box::new(way))
                 }
-                _ => Err(Error::work("simulation: no way to drive; expected a route or a wall")),
+                _ => Err(Error::work(
+                    "simulation: no way to drive; expected a route or a wall",
+                )),
             }
         })
         .collect::<Result<_>>()?;

@@ -95,3 +95,92 @@ fn follow(
         (origin, direction) = mirrored(&origin, &direction, &hit);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::world::{
+        Material, SonarConfig, Wall,
+        sonar::tests::{close, exact, scan, upright},
+    };
+    use nalgebra::Point2;
+
+    fn dull() -> Material {
+        Material {
+            reflectivity: 0.01,
+            ..Material::PLAIN
+        }
+    }
+
+    /// Eight sonars, 0.3 m from the centre.
+    fn wide_ring(opening_deg: f64) -> SonarConfig {
+        exact(SonarConfig {
+            beams: 8,
+            ring_radius_m: 0.3,
+            opening_rad: opening_deg.to_radians(),
+            rays: 801,
+            ..SonarConfig::default()
+        })
+    }
+
+    #[test]
+    fn a_later_sonar_takes_an_earlier_ones_echo_for_its_own() {
+        let firing_after = |firing_interval_s| SonarConfig {
+            firing: vec![vec![0, 2, 4, 6], vec![1, 3, 5, 7]],
+            firing_interval_s,
+            ..wide_ring(60.0)
+        };
+        let wall = || vec![upright(2.0, 0.8)];
+        let quiet = scan(wide_ring(60.0), wall());
+        // Sonar 1, at 0.3 m (cos 45°, sin 45°), meets the wall at the edge of its cone, 15° off the normal.
+        let at_m = 0.3 * std::f64::consts::FRAC_1_SQRT_2;
+        let own_m = (2.0 - at_m) / 15_f64.to_radians().cos();
+        assert!(close(quiet[1], own_m, 1e-4), "{}", quiet[1]);
+        // Sonar 0's sound is scattered there too: on its way from (0.3, 0) to that spot and on to sonar 1.
+        let spot_m = at_m + (2.0 - at_m) * 15_f64.to_radians().tan();
+        let way_m = 1.7_f64.hypot(spot_m) + own_m;
+        let together = scan(firing_after(0.0), wall());
+        assert!(close(together[1], way_m / 2.0, 1e-3), "{}", together[1]);
+        // Fired 5 ms later, sonar 1 has listened for 5 ms less: 1.7162 m of sound at 343.2 m/s.
+        let later = scan(firing_after(0.005), wall());
+        let expected_m = (way_m - 0.005 * 343.2) / 2.0;
+        assert!(close(later[1], expected_m, 1e-3), "{}", later[1]);
+        assert_eq!(
+            later[0], quiet[0],
+            "the one that fires first hears nothing sooner"
+        );
+        assert!(later[3..6].iter().all(|metres| metres.is_nan()));
+        // A dull board that hides all of the wall from sonar 1, and none of where sonar 0's sound arrives.
+        let hiding = Wall::new(Point2::new(1.0, 0.3), Point2::new(1.0, 5.0), dull());
+        let hidden = scan(firing_after(0.0), vec![upright(2.0, 0.8), hiding]);
+        assert!(hidden[1].is_nan(), "{}", hidden[1]);
+        // After 60 ms, 20.6 m of sound, the air is quiet.
+        assert_eq!(scan(firing_after(0.06), wall())[..2], quiet[..2]);
+    }
+
+    #[test]
+    fn mirrors_throw_a_pulse_at_another_sonar_unless_something_stands_between() {
+        let firing = SonarConfig {
+            firing: vec![(0..8).collect()],
+            ..wide_ring(100.0)
+        };
+        // Sonar 1 seen in the mirror stands at 4 m − 0.2121, 0.2121 aside of sonar 0's height.
+        let at_m = 0.3 * std::f64::consts::FRAC_1_SQRT_2;
+        let way_m = (4.0 - at_m - 0.3).hypot(at_m);
+        let heard = scan(firing.clone(), vec![upright(2.0, 0.02)]);
+        assert!(close(heard[1], way_m / 2.0, 5e-3), "{}", heard[1]);
+        let quiet = scan(wide_ring(100.0), vec![upright(2.0, 0.02)]);
+        assert!(close(quiet[1], 2.0 - at_m, 1e-3), "{}", quiet[1]);
+        // A board ahead of sonar 0, too dull to be heard itself, takes its sound away; sonar 1 is left with its own.
+        let board = |y1_m, y2_m| Wall::new(Point2::new(1.0, y1_m), Point2::new(1.0, y2_m), dull());
+        let hidden = scan(firing.clone(), vec![upright(2.0, 0.02), board(-0.9, 0.15)]);
+        assert!(close(hidden[1], 2.0 - at_m, 1e-3), "{}", hidden[1]);
+        // Sound on its way to the mirror passes at a height of 0.04 m, on its way back at 0.16 m: a board before sonar 1
+        // takes all away.
+        let narrow = SonarConfig {
+            capture_radius_m: 0.05,
+            ..firing
+        };
+        let hidden = scan(narrow, vec![upright(2.0, 0.02), board(0.06, 0.25)]);
+        assert!(hidden[1].is_nan(), "{}", hidden[1]);
+    }
+}
