@@ -4,10 +4,10 @@
 
 use super::support::Workplace;
 use ballmark::{
-    recording::{Recording, npz},
+    recording::npz,
     score::Binning,
 };
-use std::{collections::BTreeMap, ops::Range, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 /// What a building's page says of it.
 struct Stated {
@@ -51,16 +51,21 @@ fn stated_of_all() -> BTreeMap<&'static str, Stated> {
     ])
 }
 
-/// The laps of a run: a new one begins where the coordinate along the route falls back.
-fn laps(recording: &Recording, run: Range<usize>) -> Vec<Range<usize>> {
-    let route_m = recording.route_m().expect("simulated ways have a coordinate");
-    let longest_m = run.clone().map(|k| route_m[k]).fold(0.0, f64::max);
-    let starts: Vec<usize> = run
-        .clone()
-        .filter(|&k| k == run.start || route_m[k] < route_m[k - 1] - longest_m / 2.0)
-        .collect();
-    let ends = starts.iter().skip(1).copied().chain([run.end]);
-    starts.iter().copied().zip(ends).map(|(a, b)| a..b).collect()
+/// Number of the snapshot at which the first lap has ended, and of that at which the last whole one has; of all where the
+/// way is driven once. The coordinate along the route begins anew somewhere on each lap.
+fn laps(route_m: &[f64]) -> (usize, usize) {
+    let round_m = route_m.iter().copied().fold(0.0, f64::max);
+    let mut passed_m = 0.0;
+    let mut ends = Vec::new();
+    for (k, pair) in route_m.windows(2).enumerate() {
+        let step_m = pair[1] - pair[0];
+        passed_m += step_m - round_m * (step_m / round_m).round();
+        if passed_m >= round_m * (ends.len() + 1) as f64 {
+            ends.push(k + 1);
+        }
+    }
+    let whole = route_m.len();
+    (ends.first().copied().unwrap_or(whole), ends.last().copied().unwrap_or(whole))
 }
 
 #[test]
@@ -73,7 +78,7 @@ fn every_world_is_the_one_its_page_tells_of() {
     worlds.sort();
     let mut all = stated_of_all();
     let mut wrong = Vec::new();
-    println!("| world | laps | a lap, m | snapshots | after the first lap | bins | H(L), nats |\n|---|---|---|---|---|---|---|");
+    println!("| world | a lap, m | snapshots | after the first lap | bins | H(L), nats |\n|---|---|---|---|---|---|");
     for world in worlds {
         let name = world.file_stem().unwrap().to_str().unwrap().to_string();
         let stated = all.remove(name.as_str());
@@ -86,21 +91,18 @@ fn every_world_is_the_one_its_page_tells_of() {
         place.ballmark(&call).done();
         let recording = npz::read(&place.path("d.npz")).unwrap();
         let travelled_m = recording.travelled_m();
-        let laps = laps(&recording, 0..recording.len());
-        let lap = &laps[0];
-        // To the beginning of the next lap; to the last snapshot where there is none.
-        let lap_m = travelled_m[lap.end.min(recording.len() - 1)] - travelled_m[lap.start];
-        let testing = if laps.len() > 1 { recording.len() - lap.end } else { 0 };
-        // A lap that was broken off would weigh its part of the building twice.
-        let whole = if laps.len() > 1 { laps[laps.len() - 1].start } else { recording.len() };
+        let route_m = recording.route_m().unwrap_or(&[]);
+        // A lap that was broken off would weigh its part of the building more.
+        let (first, whole) = laps(route_m);
+        let lap_m = travelled_m[first.min(recording.len() - 1)];
+        let testing = recording.len() - first;
         let places: Vec<[f64; 2]> = recording.poses()[..whole]
             .iter()
             .map(|pose| [pose.x_m, pose.y_m])
             .collect();
         let binning = Binning::search(&places, stated.bin_m).unwrap();
         println!(
-            "| {name} | {} | {lap_m:.2} | {} | {testing} | {} of {} m | {:.3} |",
-            laps.len(),
+            "| {name} | {lap_m:.2} | {} | {testing} | {} of {} m | {:.3} |",
             recording.len(),
             binning.bins(),
             stated.bin_m,
