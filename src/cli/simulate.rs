@@ -4,13 +4,15 @@ use super::{Outcome, print};
 use crate::{
     error::{Error, Result},
     recording::{Recording, npz},
+    report::{Plan, PlanLine, plan_plot},
     seed::Seed,
     storage,
     world::{
-        Building,
-        simulation::{Choice, simulate_building},
+        Building, RunScene, Wall,
+        simulation::{Choice, first_run, simulate_building},
     },
 };
+use nalgebra::{Rotation2, Vector2};
 use serde_json::{Value, json};
 use std::{fmt::Write, path::PathBuf};
 
@@ -40,6 +42,10 @@ pub struct Arguments {
     #[arg(long, value_name = "N")]
     runs: Option<usize>,
 
+    /// Also draw the plan as the first run finds it, its lamps, and the way of that run.
+    #[arg(long, value_name = "P.svg")]
+    plan: Option<PathBuf>,
+
     /// Print the summary as one JSON object.
     #[arg(long)]
     json: bool,
@@ -52,21 +58,72 @@ corners = [[1,2],[8,2]]\\n[record]\\nevery_m = 0.5\\n' > hall.toml
   ballmark simulate hall.toml -o hall.npz";
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
-    storage::check_target(&arguments.output)?;
+    for target in [Some(&arguments.output), arguments.plan.as_ref()]
+        .into_iter()
+        .flatten()
+    {
+        storage::check_target(target)?; // a wrong name fails now, not after the driving
+    }
     let world = Building::read(&arguments.world)?;
     let choice = Choice {
         set: arguments.set.clone(),
         runs: arguments.runs,
     };
     let in_world = |fault: Error| fault.in_file(&arguments.world);
-    let recording = simulate_building(&world, Seed(arguments.seed), &choice).map_err(in_world)?;
+    let seed = Seed(arguments.seed);
+    let recording = simulate_building(&world, seed, &choice).map_err(in_world)?;
+    let picture = match &arguments.plan {
+        Some(_) => {
+            let scene = world.plan_of_run(seed, first_run(&world, &choice)?)?;
+            Some(plan_plot(
+                &format!("{}, run 0", world.name()),
+                &plan(&scene, &recording),
+            )?)
+        }
+        None => None,
+    };
     npz::write(&arguments.output, &recording)?;
+    if let (Some(file), Some(svg)) = (&arguments.plan, picture) {
+        storage::write_file(file, |out| out.write_all(svg.as_bytes()))?;
+    }
     if arguments.json {
         print(&format!("{}\n", summary(&world, &recording, &arguments)))?;
     } else {
         print(&table(&world, &recording, &arguments))?;
     }
     Ok(Outcome::Done)
+}
+
+/// What the picture of a plan shows: all that stands in the way of light, and the way of the first run.
+fn plan(scene: &RunScene, recording: &Recording) -> Plan {
+    let line = |wall: &Wall, thin: bool| PlanLine {
+        from: [wall.from.x, wall.from.y],
+        to: [wall.to.x, wall.to.y],
+        colour: wall.material.look.colour,
+        window: wall.material.look.daylight.iter().any(|light| *light > 0.0),
+        thin,
+    };
+    let walls = scene.plan.walls().iter();
+    let walls = walls.map(|wall| line(wall, wall.low_m > 0.0));
+    let fire_doors = scene.fire_doors.iter().map(|door| line(door, true));
+    let lamps = scene.lights.iter().map(|lamp| {
+        let turn = Rotation2::new(lamp.heading_rad);
+        let [length_m, width_m] = lamp.size_m;
+        let corners = [[0.5, 0.5], [-0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]].map(|[ahead, aside]| {
+            let corner = lamp.at + turn * Vector2::new(ahead * length_m, aside * width_m);
+            [corner.x, corner.y]
+        });
+        (corners, lamp.lit)
+    });
+    let first = recording.runs().first().cloned().unwrap_or(0..0);
+    Plan {
+        lines: walls.chain(fire_doors).collect(),
+        lamps: lamps.collect(),
+        path: recording.poses()[first]
+            .iter()
+            .map(|pose| [pose.x_m, pose.y_m])
+            .collect(),
+    }
 }
 
 fn path_m(recording: &Recording) -> f64 {

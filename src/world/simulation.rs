@@ -90,6 +90,16 @@ pub fn simulate_building(building: &Building, seed: Seed, choice: &Choice) -> Re
     record(seed, &drives, Some(source))
 }
 
+/// Number of the first run that a choice picks, for [`Building::plan_of_run`].
+///
+/// # Errors
+/// As [`simulate_building`] where the choice is wrong.
+pub fn first_run(building: &Building, choice: &Choice) -> Result<u64> {
+    Ok(chosen(building, choice)?
+        .first()
+        .map_or(0, |(first, ..)| *first))
+}
+
 /// The sets that are asked for, each with the number of its first run and how many there are.
 fn chosen<'a>(building: &'a Building, choice: &Choice) -> Result<Vec<(u64, &'a RunSet, usize)>> {
     if let Some(runs) = choice.runs.filter(|runs| !(1..=10_000).contains(runs)) {

@@ -9,6 +9,7 @@ mod limits;
 mod localise;
 mod model;
 mod score;
+mod simulate;
 mod support;
 mod train;
 mod viewpoint;

@@ -8,6 +8,8 @@ mod furnishing;
 mod journey;
 mod material;
 mod sensors;
+#[cfg(test)]
+mod tests;
 mod wall;
 
 use crate::{
