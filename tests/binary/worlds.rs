@@ -4,8 +4,9 @@
 
 use super::support::Workplace;
 use ballmark::{
-    recording::npz,
+    recording::{Recording, npz},
     score::Binning,
+    world::Building,
 };
 use std::{collections::BTreeMap, path::Path};
 
@@ -51,21 +52,26 @@ fn stated_of_all() -> BTreeMap<&'static str, Stated> {
     ])
 }
 
-/// Number of the snapshot at which the first lap has ended, and of that at which the last whole one has; of all where the
-/// way is driven once. The coordinate along the route begins anew somewhere on each lap.
-fn laps(route_m: &[f64]) -> (usize, usize) {
+/// Seconds of the first time round, number of the snapshot that follows it, and of the one that follows the last whole time
+/// round; of a way that is driven once, all of it. The coordinate along the route begins anew somewhere on each lap.
+fn laps(recording: &Recording) -> (f64, usize, usize) {
+    let (route_m, stamp_s) = (recording.route_m().unwrap(), &recording.columns().stamp_s);
     let round_m = route_m.iter().copied().fold(0.0, f64::max);
     let mut passed_m = 0.0;
     let mut ends = Vec::new();
-    for (k, pair) in route_m.windows(2).enumerate() {
-        let step_m = pair[1] - pair[0];
-        passed_m += step_m - round_m * (step_m / round_m).round();
-        if passed_m >= round_m * (ends.len() + 1) as f64 {
-            ends.push(k + 1);
+    for k in 1..recording.len() {
+        let step_m = route_m[k] - route_m[k - 1];
+        let step_m = step_m - round_m * (step_m / round_m).round();
+        let left_m = round_m * (ends.len() + 1) as f64 - passed_m;
+        if left_m <= step_m {
+            let share = left_m / step_m;
+            ends.push((k, stamp_s[k - 1] + share * (stamp_s[k] - stamp_s[k - 1])));
         }
+        passed_m += step_m;
     }
-    let whole = route_m.len();
-    (ends.first().copied().unwrap_or(whole), ends.last().copied().unwrap_or(whole))
+    let whole = (recording.len(), stamp_s[recording.len() - 1]);
+    let (first, first_s) = ends.first().copied().unwrap_or(whole);
+    (first_s - stamp_s[0], first, ends.last().unwrap_or(&whole).0)
 }
 
 #[test]
@@ -78,23 +84,30 @@ fn every_world_is_the_one_its_page_tells_of() {
     worlds.sort();
     let mut all = stated_of_all();
     let mut wrong = Vec::new();
-    println!("| world | a lap, m | snapshots | after the first lap | bins | H(L), nats |\n|---|---|---|---|---|---|");
+    println!(
+        "| world | a lap, m | snapshots | after the first lap | bins | H(L), nats |\n|---|---|---|---|---|---|"
+    );
     for world in worlds {
         let name = world.file_stem().unwrap().to_str().unwrap().to_string();
         let stated = all.remove(name.as_str());
         let stated = stated.unwrap_or_else(|| panic!("{name}: no figures stated"));
         let place = Workplace::new();
-        let mut call = vec!["simulate", world.to_str().unwrap(), "-o", "d.npz", "--runs", "1"];
+        let mut call = vec![
+            "simulate",
+            world.to_str().unwrap(),
+            "-o",
+            "d.npz",
+            "--runs",
+            "1",
+        ];
         if name == "thrun1998" {
             call.extend(["--set", "d1"]);
         }
         place.ballmark(&call).done();
         let recording = npz::read(&place.path("d.npz")).unwrap();
-        let travelled_m = recording.travelled_m();
-        let route_m = recording.route_m().unwrap_or(&[]);
         // A lap that was broken off would weigh its part of the building more.
-        let (first, whole) = laps(route_m);
-        let lap_m = travelled_m[first.min(recording.len() - 1)];
+        let (first_s, first, whole) = laps(&recording);
+        let lap_m = first_s * Building::read(&world).unwrap().robot().speed_m_per_s;
         let testing = recording.len() - first;
         let places: Vec<[f64; 2]> = recording.poses()[..whole]
             .iter()
@@ -111,7 +124,10 @@ fn every_world_is_the_one_its_page_tells_of() {
         let ours = (recording.len(), testing, binning.bins());
         let theirs = (stated.snapshots, stated.testing, stated.bins);
         if ours != theirs || (lap_m - stated.lap_m).abs() > 0.051 {
-            wrong.push(format!("{name}: {lap_m:.2} m, {ours:?}; stated {} m, {theirs:?}", stated.lap_m));
+            wrong.push(format!(
+                "{name}: {lap_m:.2} m, {ours:?}; stated {} m, {theirs:?}",
+                stated.lap_m
+            ));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
