@@ -15,7 +15,7 @@ use crate::{
     recording::{Channel, Columns, Recording},
     seed::Seed,
 };
-use drive::{Drive, check_clear, drive_set, in_run, place};
+use drive::{Drive, check_clear, drive_set, each_run, in_run, place};
 use ndarray::Array2;
 use rayon::prelude::*;
 
@@ -195,22 +195,18 @@ pub fn simulate(
         camera: None,
         compass: None,
     };
-    let drives: Vec<(Drive, &Sensors)> = plans
-        .into_par_iter()
-        .enumerate()
-        .map(|(run, plan)| {
-            let mut started = false;
-            let clear = |pose: &Pose, route_m: f64| {
-                if !std::mem::replace(&mut started, true) {
-                    check_enclosed(&plan, &place(pose), robot.radius_m)?;
-                }
-                check_clear(&plan, pose, route_m, robot.radius_m)
-            };
-            let stops = robot::drive(seed, run as u64, route, robot, spacing_m, clear)
-                .map_err(|fault| in_run(fault, run as u64))?;
-            Ok((Drive::alone(run, plan, stops, run as f64 * run_s), &sensors))
-        })
-        .collect::<Result<_>>()?;
+    let drives = each_run(plans.into_par_iter().enumerate(), |(run, plan)| {
+        let mut started = false;
+        let clear = |pose: &Pose, route_m: f64| {
+            if !std::mem::replace(&mut started, true) {
+                check_enclosed(&plan, &place(pose), robot.radius_m)?;
+            }
+            check_clear(&plan, pose, route_m, robot.radius_m)
+        };
+        let stops = robot::drive(seed, run as u64, route, robot, spacing_m, clear)
+            .map_err(|fault| in_run(fault, run as u64))?;
+        Ok((Drive::alone(run, plan, stops, run as f64 * run_s), &sensors))
+    })?;
     record(seed, &drives, None)
 }
 
@@ -273,5 +269,7 @@ fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> R
     })
 }
 
+#[cfg(test)]
+mod building_tests;
 #[cfg(test)]
 mod tests;

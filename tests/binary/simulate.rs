@@ -170,7 +170,10 @@ fn each_fault_of_the_file_is_one_line_and_nothing_is_written() {
             swap("every_m = 0.5", "snapshots = 1"),
             &["`snapshots` is 1"],
         ),
-        (swap("every_m = 0.5", "snapshots = 900000"), &["900000"]),
+        (
+            swap("every_m = 0.5", "snapshots = 900000"),
+            &["900000 snapshots"],
+        ),
         (
             swap("open = 0.5", "open = 1.5"),
             &["[[wall]] 1: door at 3 m", "`open` is 1.5"],

@@ -258,6 +258,7 @@ impl Building {
             ));
         }
         let robot = Robot::new(&config.robot)?;
+        let journey = config.path.journey()?;
         let sets = sets(config, &robot)?;
         for camera in sets.iter().filter_map(|set| set.sensors.camera.as_ref()) {
             let height_m = camera.config().height_m;
@@ -284,7 +285,7 @@ impl Building {
             ceiling: materials.named(&told.ceiling, place)?,
             illumination_sd: told.illumination_sd,
             daylight: told.daylight,
-            journey: config.path.journey()?,
+            journey,
             sets,
             robot,
             people: config.people.clone(),

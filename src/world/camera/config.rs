@@ -60,7 +60,7 @@ impl Default for CameraConfig {
             opening_rad: 50_f64.to_radians(),
             height_m: 1.2,
             reach_m: 50.0,
-            exposure: 0.6,
+            exposure: 0.8,
             bloom: 0.1,
             bloom_pixels: 3.0,
             read_noise: 1.5,

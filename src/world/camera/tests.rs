@@ -37,6 +37,7 @@ fn sharp(look: Direction) -> CameraConfig {
     CameraConfig {
         look,
         samples: 1,
+        exposure: 0.6,
         bloom: 0.0,
         read_noise: 0.0,
         full_well: f64::INFINITY,

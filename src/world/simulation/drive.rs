@@ -14,7 +14,7 @@ use crate::{
         turret_headings,
         visit::visit,
         wall_following::{Round, WallWay},
-        way::{Halt, Way, halts, reckoned, travelled_m},
+        way::{Halt, STEP_M, Way, halts, reckoned, travelled_m},
     },
 };
 use nalgebra::Point2;
@@ -132,29 +132,22 @@ pub(super) fn drive_set(
     runs: usize,
     start_s: f64,
 ) -> Result<Vec<Drive>> {
-    let settings: Vec<Setting> = (first..first + runs as u64)
-        .into_par_iter()
-        .map(|run| Setting::new(building, seed, run, set))
-        .collect::<Result<_>>()?;
+    let numbers: Vec<u64> = (first..first + runs as u64).collect();
+    let settings = each_run(numbers.par_iter(), |&run| {
+        Setting::new(building, seed, run, set)
+    })?;
     let driven: Vec<Vec<Halt>> = match building.journey() {
-        Journey::Poses(poses) => settings
-            .par_iter()
-            .map(|setting| {
-                let order = (set.laps, setting.back);
-                let clear = guard(setting, building.robot().radius_m);
-                visit(seed, setting.run, poses, order, building.robot(), clear)
-                    .map_err(|fault| in_run(fault, setting.run))
-            })
-            .collect::<Result<_>>()?,
+        Journey::Poses(poses) => each_run(settings.par_iter(), |setting| {
+            let order = (set.laps, setting.back);
+            let clear = guard(setting, building.robot().radius_m);
+            visit(seed, setting.run, poses, order, building.robot(), clear)
+                .map_err(|fault| in_run(fault, setting.run))
+        })?,
         journey => along_ways(building, seed, set, journey, &settings)?,
     };
-    let finished: Vec<(Vec<Stop>, Option<People>, usize)> = settings
-        .par_iter()
-        .zip(&driven)
-        .map(|(setting, halts)| {
-            finish(building, seed, set, setting, halts).map_err(|fault| in_run(fault, setting.run))
-        })
-        .collect::<Result<_>>()?;
+    let finished = each_run(settings.par_iter().zip(&driven), |(setting, halts)| {
+        finish(building, seed, set, setting, halts).map_err(|fault| in_run(fault, setting.run))
+    })?;
     let mut start_s = start_s;
     let drives = settings.into_iter().zip(finished);
     let drives = drives.map(|(setting, (stops, people, mapped_at))| {
@@ -195,53 +188,56 @@ fn along_ways(
         }
         _ => None,
     };
-    let ways: Vec<Box<dyn Way + '_>> = settings
-        .par_iter()
-        .map(|setting| -> Result<Box<dyn Way + '_>> {
-            let (run, back) = (setting.run, setting.back);
-            match (journey, &round) {
-                (Journey::Wall(following), Some(round)) => {
-                    let following = match back {
-                        true => following.back(),
-                        false => *following,
-                    };
-                    let caster_at = |laps| setting.obstacles_after(laps);
-                    WallWay::drive((seed, run), caster_at, &following, round, set.laps, robot)
-                        .map(|way| Box::new(way) as Box<dyn Way>)
-                        .map_err(|fault| in_run(fault, run))
-                }
-                (
-                    Journey::Route {
-                        there,
-                        back: reverse,
-                    },
-                    _,
-                ) => {
-                    let routes = (there, reverse);
-                    let way = RouteWay::draw(seed, run, routes, back, set.laps, robot);
-                    Ok(Box::new(way))
-                }
-                _ => Err(Error::work(
-                    "simulation: no way to drive; expected a route or a wall",
-                )),
+    let ways = each_run(settings.par_iter(), |setting| {
+        let (run, back) = (setting.run, setting.back);
+        let way: Box<dyn Way + '_> = match (journey, &round) {
+            (Journey::Wall(following), Some(round)) => {
+                let following = match back {
+                    true => following.back(),
+                    false => *following,
+                };
+                let caster_at = |laps| setting.obstacles_after(laps);
+                let way =
+                    WallWay::drive((seed, run), caster_at, &following, round, set.laps, robot);
+                Box::new(way.map_err(|fault| in_run(fault, run))?)
             }
-        })
-        .collect::<Result<_>>()?;
+            (
+                Journey::Route {
+                    there,
+                    back: reverse,
+                },
+                _,
+            ) => {
+                let routes = (there, reverse);
+                Box::new(RouteWay::draw(seed, run, routes, back, set.laps, robot))
+            }
+            _ => {
+                let fault = "simulation: no way to drive; expected a route or a wall";
+                return Err(Error::work(fault));
+            }
+        };
+        Ok(way)
+    })?;
     let lengths_m: Vec<f64> = ways
         .par_iter()
         .map(|way| travelled_m(way.as_ref()))
         .collect();
     let spacings = spacings(set, &lengths_m)?;
-    (0..settings.len())
-        .into_par_iter()
-        .map(|index| {
-            let setting = &settings[index];
-            let clear = guard(setting, robot.radius_m);
-            let way = ways[index].as_ref();
-            halts(seed, setting.run, way, robot, spacings[index], clear)
-                .map_err(|fault| in_run(fault, setting.run))
-        })
-        .collect()
+    let set_out = settings.par_iter().zip(&ways).zip(&spacings);
+    each_run(set_out, |((setting, way), &spacing)| {
+        let clear = guard(setting, robot.radius_m);
+        halts(seed, setting.run, way.as_ref(), robot, spacing, clear)
+            .map_err(|fault| in_run(fault, setting.run))
+    })
+}
+
+/// The same for each run, on all cores; of several faults that of the first run, whichever was found first.
+pub(super) fn each_run<I: IndexedParallelIterator, T: Send>(
+    runs: I,
+    work: impl Fn(I::Item) -> Result<T> + Sync + Send,
+) -> Result<Vec<T>> {
+    let all: Vec<Result<T>> = runs.map(work).collect();
+    all.into_iter().collect()
 }
 
 /// How far apart the snapshots of each run stand, and how many there are at most.
@@ -271,7 +267,13 @@ fn spacings(set: &RunSet, lengths_m: &[f64]) -> Result<Vec<(f64, usize)>> {
                 given = until;
                 (length_m / share.max(1) as f64, share)
             });
-            Ok(shares.collect())
+            let shares: Vec<(f64, usize)> = shares.collect();
+            match shares.iter().find(|(spacing_m, _)| *spacing_m < STEP_M) {
+                Some((spacing_m, _)) => Err(Error::usage(format!(
+                    "simulation: {count} snapshots make one every {spacing_m:.6} m; expected {STEP_M} m or more between them"
+                ))),
+                None => Ok(shares),
+            }
         }
         Spacing::AtPoses => Err(Error::usage(
             "[record]: snapshots at poses; expected them only where the robot follows poses",
