@@ -1,5 +1,6 @@
 //! The real binary, called as a user calls it: one test binary for all commands.
 
+mod camera_views;
 mod configs;
 mod device;
 mod help;

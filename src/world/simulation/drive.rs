@@ -114,9 +114,12 @@ impl Setting {
     }
 }
 
+/// What is in a robot's way. Fire doors count as shut: it isn't let through one that somebody leaves open (Duckett &
+/// Nehmzow 1998, 7: "careful not to allow the robot to escape").
 fn obstacles(scene: &RunScene) -> Result<FloorPlan> {
     let low = |wall: &&Wall| wall.low_m < HEADROOM_M;
-    FloorPlan::new(scene.plan.walls().iter().filter(low).copied().collect())
+    let all = scene.plan.walls().iter().chain(&scene.fire_doors);
+    FloorPlan::new(all.filter(low).copied().collect())
 }
 
 /// Drives `runs` runs of a set, the first of them number `first` and at `start_s` on the recording's clock.
