@@ -26,6 +26,8 @@ pub struct ThingConfig {
     /// Standard deviation of where it stands, over runs, in x and in y, metres.
     #[serde(default)]
     pub moved_sd_m: f64,
+    /// With it, things move along this direction alone (as a bin does along its wall), degrees.
+    pub moved_deg: Option<f64>,
     /// Probability that it is there in a run.
     #[serde(default = "always")]
     pub present: f64,
@@ -89,6 +91,7 @@ pub(super) struct Thing {
     height_m: f64,
     material: Material,
     moved_sd_m: f64,
+    moved_rad: Option<f64>,
     present: f64,
 }
 
@@ -104,6 +107,8 @@ impl Thing {
             )));
         }
         within(told.moved_sd_m, "moved_sd_m", 0.0..=1000.0, &place)?;
+        let turned_deg = told.moved_deg.unwrap_or(0.0);
+        within(turned_deg, "moved_deg", -3600.0..=3600.0, &place)?;
         within(told.present, "present", 0.0..=1.0, &place)?;
         let plastic = materials.named("plastic", &place)?;
         Ok(Self {
@@ -112,6 +117,7 @@ impl Thing {
             height_m,
             material: materials.named_or(told.material.as_ref(), plastic, &place)?,
             moved_sd_m: told.moved_sd_m,
+            moved_rad: told.moved_deg.map(f64::to_radians),
             present: told.present,
         })
     }
@@ -123,7 +129,10 @@ impl Thing {
                 .sample::<f64, _>(StandardNormal)
                 .clamp(-MOST_SDS, MOST_SDS)
         };
-        let moved = Vector2::new(moved(), moved()) * self.moved_sd_m;
+        let mut moved = Vector2::new(moved(), moved()) * self.moved_sd_m;
+        if let Some(angle_rad) = self.moved_rad {
+            moved = Vector2::new(angle_rad.cos(), angle_rad.sin()) * moved.x;
+        }
         if random.random::<f64>() >= self.present {
             return Vec::new();
         }

@@ -187,6 +187,22 @@ fn things_move_and_are_missing_and_light_varies_as_said() {
 }
 
 #[test]
+fn a_thing_may_move_along_its_wall_alone() {
+    let thing = "[[thing]]\nat = [5, 1]\nradius_m = 0.2\nmoved_sd_m = 0.2\nmoved_deg = 90\n";
+    let world = hall("", thing).unwrap();
+    let middles: Vec<[f64; 2]> = (0..100)
+        .map(|run| {
+            let scene = world.plan_of_run(Seed(4), run).unwrap();
+            let sides = scene.plan.walls()[4..].iter();
+            let sum = sides.fold(Vector2::zeros(), |sum, side| sum + side.from.coords);
+            [sum.x / 12.0, sum.y / 12.0]
+        })
+        .collect();
+    assert!(middles.iter().all(|middle| near(middle[0], 5.0)));
+    assert!(middles.iter().any(|middle| (middle[1] - 1.0).abs() > 0.2));
+}
+
+#[test]
 fn a_preset_brings_its_robot_and_the_file_has_the_last_word() {
     let of = |robot: &str, rest: &str| {
         Building::from_text(&format!(
