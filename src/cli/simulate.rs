@@ -74,9 +74,10 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let recording = simulate_building(&world, seed, &choice).map_err(in_world)?;
     let picture = match &arguments.plan {
         Some(_) => {
-            let scene = world.plan_of_run(seed, first_run(&world, &choice)?)?;
+            let first = first_run(&world, &choice)?;
+            let scene = world.plan_of_run(seed, first)?;
             Some(plan_plot(
-                &format!("{}, run 0", world.name()),
+                &format!("{}, run {first}", world.name()),
                 &plan(&scene, &recording),
             )?)
         }
@@ -104,7 +105,8 @@ fn plan(scene: &RunScene, recording: &Recording) -> Plan {
         thin,
     };
     let walls = scene.plan.walls().iter();
-    let walls = walls.map(|wall| line(wall, wall.low_m > 0.0));
+    let daylit = |wall: &Wall| wall.material.look.daylight.iter().any(|light| *light > 0.0);
+    let walls = walls.map(|wall| line(wall, wall.low_m > 0.0 && !daylit(wall)));
     let fire_doors = scene.fire_doors.iter().map(|door| line(door, true));
     let lamps = scene.lights.iter().map(|lamp| {
         let turn = Rotation2::new(lamp.heading_rad);
