@@ -52,9 +52,18 @@ pub struct Arguments {
 }
 
 const HELP: &str = "\
+A world has tables [materials.NAME], [building], [[wall]] with [[wall.door]], [[wall.window]], [[wall.niche]], \
+[[wall.hallway]] and [[wall.paint]], [[thing]], [[light]], [[fire_door]], [robot], [sonar], [infrared], [laser], [camera], \
+[compass], [path], [record], [[set]] and [people]. Lengths are metres; an unknown key is an error.
+
+Exit status: 0 done, 1 the robot can't drive so (it gets out, hits a wall), 2 the world or the call is wrong.
+
 Example:
-  printf 'name = \"hall\"\\n[[wall]]\\npoints = [[0,0],[9,0],[9,4],[0,4]]\\nclosed = true\\n[sonar]\\n[path]\\n\
-corners = [[1,2],[8,2]]\\n[record]\\nevery_m = 0.5\\n' > hall.toml
+  printf 'name = \"hall\"\\nsonar = {}\\n' > hall.toml
+  printf 'record = {every_m = 0.5}\\n' >> hall.toml
+  printf 'path = {corners = [[1,2],[8,2]]}\\n' >> hall.toml
+  printf '[[wall]]\\nclosed = true\\n' >> hall.toml
+  printf 'points = [[0,0],[9,0],[9,4],[0,4]]\\n' >> hall.toml
   ballmark simulate hall.toml -o hall.npz";
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
