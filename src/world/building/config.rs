@@ -40,7 +40,7 @@ pub struct WorldConfig {
     /// Doors that are shut but for seconds.
     #[serde(default)]
     pub fire_door: Vec<FireDoorConfig>,
-    /// Keys of [`RobotConfig`], and `kind` and `turret_north`.
+    /// Keys of [`crate::world::RobotConfig`], and `kind` and `turret_north`.
     #[serde(default)]
     pub robot: toml::Table,
     /// A ring of sonars.
