@@ -52,9 +52,18 @@ pub struct Arguments {
 }
 
 const HELP: &str = "\
+A world has tables [materials.NAME], [building], [[wall]] with [[wall.door]], [[wall.window]], [[wall.niche]], \
+[[wall.hallway]] and [[wall.paint]], [[thing]], [[light]], [[fire_door]], [robot], [sonar], [infrared], [laser], [camera], \
+[compass], [path], [record], [[set]] and [people]. Lengths are metres; an unknown key is an error.
+
+Exit status: 0 done, 1 the robot can't drive so (it gets out, hits a wall), 2 the world or the call is wrong.
+
 Example:
-  printf 'name = \"hall\"\\n[[wall]]\\npoints = [[0,0],[9,0],[9,4],[0,4]]\\nclosed = true\\n[sonar]\\n[path]\\n\
-corners = [[1,2],[8,2]]\\n[record]\\nevery_m = 0.5\\n' > hall.toml
+  printf 'name = \"hall\"\\nsonar = {}\\n' > hall.toml
+  printf 'record = {every_m = 0.5}\\n' >> hall.toml
+  printf 'path = {corners = [[1,2],[8,2]]}\\n' >> hall.toml
+  printf '[[wall]]\\nclosed = true\\n' >> hall.toml
+  printf 'points = [[0,0],[9,0],[9,4],[0,4]]\\n' >> hall.toml
   ballmark simulate hall.toml -o hall.npz";
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
@@ -74,9 +83,10 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let recording = simulate_building(&world, seed, &choice).map_err(in_world)?;
     let picture = match &arguments.plan {
         Some(_) => {
-            let scene = world.plan_of_run(seed, first_run(&world, &choice)?)?;
+            let first = first_run(&world, &choice)?;
+            let scene = world.plan_of_run(seed, first)?;
             Some(plan_plot(
-                &format!("{}, run 0", world.name()),
+                &format!("{}, run {first}", world.name()),
                 &plan(&scene, &recording),
             )?)
         }
@@ -104,7 +114,8 @@ fn plan(scene: &RunScene, recording: &Recording) -> Plan {
         thin,
     };
     let walls = scene.plan.walls().iter();
-    let walls = walls.map(|wall| line(wall, wall.low_m > 0.0));
+    let daylit = |wall: &Wall| wall.material.look.daylight.iter().any(|light| *light > 0.0);
+    let walls = walls.map(|wall| line(wall, wall.low_m > 0.0 && !daylit(wall)));
     let fire_doors = scene.fire_doors.iter().map(|door| line(door, true));
     let lamps = scene.lights.iter().map(|lamp| {
         let turn = Rotation2::new(lamp.heading_rad);

@@ -124,3 +124,31 @@ pub fn plan_plot(title: &str, plan: &Plan) -> Result<String> {
         Ok(())
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plan_shows_every_line_and_leaves_out_what_is_not_finite() {
+        let line = |to: [f64; 2]| PlanLine {
+            from: [0.0, 0.0],
+            to,
+            colour: [1.0, 0.0, 0.0],
+            window: false,
+            thin: false,
+        };
+        let lamp = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]];
+        let plan = Plan {
+            lines: vec![line([5.0, 0.0]), line([0.0, 5.0]), line([f64::NAN, 0.0])],
+            lamps: vec![(lamp, true), (lamp, false)],
+            path: vec![[1.0, 1.0], [f64::INFINITY, 0.0], [4.0, 1.0]],
+        };
+        let svg = plan_plot("t", &plan).unwrap();
+        assert_eq!(svg.matches("#A00000").count(), 2); // red, darker
+        assert_eq!(svg.matches("<polygon").count(), 2);
+        assert_eq!(svg.matches("<circle").count(), 1);
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        assert!(plan_plot("t", &Plan::default()).is_ok());
+    }
+}

@@ -129,7 +129,7 @@ impl MapConfig {
             let expected = "metres a cell, above 0.0001 up to 100";
             return wrong("resolution", resolution.to_string(), expected);
         }
-        if let Some(number) = origin.iter().find(|number| !(number.abs() <= 1e6)) {
+        if let Some(number) = origin.iter().find(|number| !(-1e6..=1e6).contains(*number)) {
             return wrong("origin", number.to_string(), "finite x, y and yaw");
         }
         if !(0.0 <= free_thresh && free_thresh < occupied_thresh && occupied_thresh <= 1.0) {

@@ -34,7 +34,7 @@ struct Piece {
 
 impl Piece {
     /// How far it begins from a corner, metres.
-    fn from_corner_m(&self, corner: &Point2<f64>) -> f64 {
+    fn past_corner_m(&self, corner: &Point2<f64>) -> f64 {
         (self.from - corner).norm()
     }
 }
@@ -132,7 +132,7 @@ impl Route {
         let bend_m = route
             .pieces
             .last()
-            .map_or(0.0, |piece| piece.from_corner_m(&first));
+            .map_or(0.0, |piece| piece.past_corner_m(&first));
         route.pieces.pop();
         route.length_m = route.pieces.iter().map(|piece| piece.length_m).sum();
         // The first leg as yet begins at the corner, not past its bend.

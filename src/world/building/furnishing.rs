@@ -26,7 +26,7 @@ pub struct ThingConfig {
     /// Standard deviation of where it stands, over runs, in x and in y, metres.
     #[serde(default)]
     pub moved_sd_m: f64,
-    /// Direction along which alone it is moved, as along its wall, degrees; without it in x and in y.
+    /// With it, things move along this direction alone (as a bin does along its wall), degrees.
     pub moved_deg: Option<f64>,
     /// Probability that it is there in a run.
     #[serde(default = "always")]
@@ -90,8 +90,8 @@ pub(super) struct Thing {
     radius_m: f64,
     height_m: f64,
     material: Material,
-    /// What each of two standard deviations moves it by, metres.
-    moved_m: [Vector2<f64>; 2],
+    moved_sd_m: f64,
+    moved_rad: Option<f64>,
     present: f64,
 }
 
@@ -107,8 +107,8 @@ impl Thing {
             )));
         }
         within(told.moved_sd_m, "moved_sd_m", 0.0..=1000.0, &place)?;
-        let moved_deg = told.moved_deg.unwrap_or(0.0);
-        within(moved_deg, "moved_deg", -3600.0..=3600.0, &place)?;
+        let turned_deg = told.moved_deg.unwrap_or(0.0);
+        within(turned_deg, "moved_deg", -3600.0..=3600.0, &place)?;
         within(told.present, "present", 0.0..=1.0, &place)?;
         let plastic = materials.named("plastic", &place)?;
         Ok(Self {
@@ -116,11 +116,8 @@ impl Thing {
             radius_m: told.radius_m,
             height_m,
             material: materials.named_or(told.material.as_ref(), plastic, &place)?,
-            moved_m: match told.moved_deg.map(f64::to_radians) {
-                None => [Vector2::x(), Vector2::y()],
-                Some(along) => [Vector2::new(along.cos(), along.sin()), Vector2::zeros()],
-            }
-            .map(|direction| direction * told.moved_sd_m),
+            moved_sd_m: told.moved_sd_m,
+            moved_rad: told.moved_deg.map(f64::to_radians),
             present: told.present,
         })
     }
@@ -132,8 +129,10 @@ impl Thing {
                 .sample::<f64, _>(StandardNormal)
                 .clamp(-MOST_SDS, MOST_SDS)
         };
-        let [first, second] = self.moved_m;
-        let moved = first * moved() + second * moved();
+        let mut moved = Vector2::new(moved(), moved()) * self.moved_sd_m;
+        if let Some(angle_rad) = self.moved_rad {
+            moved = Vector2::new(angle_rad.cos(), angle_rad.sin()) * moved.x;
+        }
         if random.random::<f64>() >= self.present {
             return Vec::new();
         }

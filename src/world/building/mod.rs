@@ -4,10 +4,14 @@
 //! within its bounds, nothing left to go wrong but the driving itself. Lengths are metres, angles degrees where the key
 //! ends in `_deg` (radians where it ends in `_rad`). An unknown key is an error.
 
+mod config;
+mod fixture;
 mod furnishing;
 mod journey;
 mod material;
+mod polyline;
 mod sensors;
+mod sets;
 #[cfg(test)]
 mod tests;
 mod wall;
@@ -18,110 +22,24 @@ use crate::{
     storage,
     world::{FloorPlan, Light, Material, PeopleConfig, RobotConfig, RunScene, Wall, map_server},
 };
+pub use config::{BuildingConfig, WorldConfig};
 use furnishing::Thing;
 pub use furnishing::{FireDoorConfig, LightConfig, ThingConfig};
 pub use journey::{Follow, PathConfig, RecordConfig, SetConfig};
 pub(crate) use journey::{Journey, MOST_SNAPSHOTS, Spacing};
 pub use material::MaterialConfig;
 use material::Materials;
+use polyline::Polyline;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use sensors::Robot;
 pub use sensors::SensorTables;
 pub(crate) use sensors::Sensors;
-use serde::Deserialize;
-use std::{collections::BTreeMap, ops::RangeInclusive, path::Path};
-use wall::Polyline;
+pub(crate) use sets::RunSet;
+use std::{ops::RangeInclusive, path::Path};
 pub use wall::{
     DoorConfig, HallwayConfig, NicheConfig, PaintConfig, Side, WallConfig, WindowConfig,
 };
-
-/// A world's file, as it stands.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WorldConfig {
-    /// Its name.
-    pub name: String,
-    /// What it is made after, in words.
-    #[serde(default)]
-    pub source: String,
-    /// Materials by name.
-    #[serde(default)]
-    pub materials: BTreeMap<String, MaterialConfig>,
-    /// What holds for the whole building.
-    #[serde(default)]
-    pub building: BuildingConfig,
-    /// Walls with what is in them.
-    #[serde(default)]
-    pub wall: Vec<WallConfig>,
-    /// Round things on the floor.
-    #[serde(default)]
-    pub thing: Vec<ThingConfig>,
-    /// Lamps in the ceiling.
-    #[serde(default)]
-    pub light: Vec<LightConfig>,
-    /// Doors that are shut but for seconds.
-    #[serde(default)]
-    pub fire_door: Vec<FireDoorConfig>,
-    /// Keys of [`RobotConfig`], and `kind` and `turret_north`.
-    #[serde(default)]
-    pub robot: toml::Table,
-    /// A ring of sonars.
-    pub sonar: Option<toml::Value>,
-    /// A ring of infrared sensors.
-    pub infrared: Option<toml::Value>,
-    /// A laser scanner.
-    pub laser: Option<toml::Value>,
-    /// A colour camera.
-    pub camera: Option<toml::Value>,
-    /// A compass.
-    pub compass: Option<toml::Value>,
-    /// Which way the robot goes.
-    #[serde(default)]
-    pub path: PathConfig,
-    /// Where it takes snapshots.
-    #[serde(default)]
-    pub record: RecordConfig,
-    /// Sets of runs that differ.
-    #[serde(default)]
-    pub set: Vec<SetConfig>,
-    /// Who walks about.
-    pub people: Option<PeopleConfig>,
-}
-
-/// `[building]`: what holds for the whole building.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BuildingConfig {
-    /// Height of the ceiling, metres.
-    pub ceiling_m: f64,
-    /// Material of the floor.
-    pub floor: String,
-    /// Material of the ceiling.
-    pub ceiling: String,
-    /// Material of the walls that name none, and of a map's walls.
-    pub wall: String,
-    /// A ROS map_server map (its YAML), relative to the world's file, whose occupied cells become walls.
-    pub map: Option<String>,
-    /// How much the brightness of all lamps varies from run to run: relative standard deviation.
-    pub illumination_sd: f64,
-    /// A run's daylight is drawn evenly from this range.
-    pub daylight: [f64; 2],
-}
-
-impl Default for BuildingConfig {
-    fn default() -> Self {
-        Self {
-            ceiling_m: 2.6,
-            floor: "plain".into(),
-            ceiling: "plain".into(),
-            wall: "plain".into(),
-            map: None,
-            illumination_sd: 0.0,
-            daylight: [1.0, 1.0],
-        }
-    }
-}
 
 /// A building, a robot and what it is to do, checked.
 ///
@@ -161,32 +79,6 @@ pub struct Building {
     sets: Vec<RunSet>,
     people: Option<PeopleConfig>,
     wall_on_left: Option<bool>,
-}
-
-/// Runs that belong together.
-#[derive(Debug, Clone)]
-pub(crate) struct RunSet {
-    /// Empty where the file names no sets.
-    pub(crate) name: String,
-    pub(crate) runs: usize,
-    pub(crate) spacing: Spacing,
-    pub(crate) laps: f64,
-    pub(crate) both_ways: bool,
-    pub(crate) sensors: Sensors,
-}
-
-impl WorldConfig {
-    /// Parses the text of a world's file.
-    ///
-    /// # Errors
-    /// A usage error that names the line, the key and what was expected.
-    pub fn parse(text: &str) -> Result<Self> {
-        toml::from_str(text).map_err(|e| {
-            let before = e.span().map_or(0, |span| span.start.min(text.len()));
-            let line = 1 + text.bytes().take(before).filter(|b| *b == b'\n').count();
-            Error::usage(format!("line {line}: {}", e.message().replace('\n', " ")))
-        })
-    }
 }
 
 impl Building {
@@ -259,7 +151,7 @@ impl Building {
         }
         let robot = Robot::new(&config.robot)?;
         let journey = config.path.journey()?;
-        let sets = sets(config, &robot)?;
+        let sets = sets::of_file(config, &robot)?;
         for camera in sets.iter().filter_map(|set| set.sensors.camera.as_ref()) {
             let height_m = camera.config().height_m;
             if height_m >= told.ceiling_m {
@@ -379,50 +271,6 @@ impl Building {
             fire_doors: self.fire_doors.clone(),
         })
     }
-}
-
-/// The sets of runs: those of the file, or one without a name.
-fn sets(config: &WorldConfig, robot: &Robot) -> Result<Vec<RunSet>> {
-    let base = SensorTables {
-        sonar: config.sonar.clone(),
-        infrared: config.infrared.clone(),
-        laser: config.laser.clone(),
-        camera: config.camera.clone(),
-        compass: config.compass.clone(),
-    };
-    let speed_m_per_s = robot.config.speed_m_per_s;
-    let made = |set: Option<&SetConfig>| -> Result<RunSet> {
-        let (runs, spacing) =
-            journey::runs_and_spacing(&config.record, set, config.path.follow, speed_m_per_s)?;
-        let laps = set.and_then(|set| set.laps).unwrap_or(config.path.laps);
-        journey::check_laps(laps, "[[set]]")?;
-        Ok(RunSet {
-            name: set.map_or_else(String::new, |set| set.name.clone()),
-            runs,
-            spacing,
-            laps,
-            both_ways: set
-                .and_then(|set| set.both_ways)
-                .unwrap_or(config.path.both_ways),
-            sensors: robot.sensors([Some(base.clone()), set.map(SetConfig::sensors)])?,
-        })
-    };
-    if config.set.is_empty() {
-        return Ok(vec![made(None)?]);
-    }
-    for (index, set) in config.set.iter().enumerate() {
-        let told = config.set[..index]
-            .iter()
-            .any(|other| other.name == set.name);
-        if told || set.name.is_empty() {
-            return Err(Error::usage(format!(
-                "[[set]] {}: `name` is `{}`; expected a name of its own",
-                index + 1,
-                set.name
-            )));
-        }
-    }
-    config.set.iter().map(|set| made(Some(set))).collect()
 }
 
 /// Makes sure that a number lies in a range; the fault is told with its key and its place in the file.

@@ -116,7 +116,8 @@ fn a_wall_is_followed_at_its_distance_round_corners_and_through_bays() {
             "{within} of {}",
             clear_m.len()
         );
-        assert!(clear_m.iter().all(|metres| *metres > 0.5));
+        let least_m = clear_m.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(least_m > 0.4, "{least_m}");
         assert!(
             recording.poses().iter().any(|pose| pose.y_m > 8.0),
             "into the bay"

@@ -344,11 +344,9 @@ fn guard(setting: &Setting, radius_m: f64) -> impl FnMut(&Pose, f64) -> Result<(
     }
 }
 
-/// Makes sure that the robot starts in the free and can't get out; fire doors count as shut.
+/// Makes sure that the robot starts in the free and can't get out.
 fn check_start(plan: &FloorPlan, setting: &Setting, pose: &Pose, radius_m: f64) -> Result<()> {
-    let walls = [plan.walls(), &setting.later.fire_doors].concat();
-    check_enclosed(&FloorPlan::new(walls)?, &place(pose), radius_m)
-        .map_err(|fault| in_run(fault, setting.run))
+    check_enclosed(plan, &place(pose), radius_m).map_err(|fault| in_run(fault, setting.run))
 }
 
 /// A fault of a run, told with its number, once; that of the call stays as it is.
