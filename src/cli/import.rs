@@ -16,7 +16,7 @@ use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
 
 /// Turn a robot's log into a dataset.
 ///
-/// Reads CARMEN text logs (plain, gzip or xz), CSV tables and datasets; which of them is told by the content. Several
+/// Reads CARMEN text logs (plain, gzip or xz), CSV tables (also of camera frames) and datasets; which of them is told by the content. Several
 /// logs become several runs.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
@@ -50,10 +50,12 @@ printed: a value that readings pile up at, far out and wherever the robot is.
 CSV: a header with `time_s` (or `stamp`), `x_m`, `y_m`, `heading_rad` (the true place); optional `odometry_x_m`, \
 `odometry_y_m`, `odometry_heading_rad`, `run`, `route_m`, `compass_rad`. Every other column is one sensor value: NAME.0, \
 NAME.1, ... (or NAME_0, NAME_1, ...) form one channel NAME, a plain name is a channel of one value. An empty cell or nan is \
-no return. A unit may stand in brackets: light[lux]; `laser`, `rear_laser`, `sonar`, `infrared` and names ending in _m are in metres.
+no return. A unit may stand in brackets: light[lux]; `laser`, `rear_laser`, `sonar`, `infrared` and names ending in _m are in metres. \
+A column `frame` (or `image`) of file names, relative to the table, brings a PNG or JPEG picture a row: channel `camera`, \
+the 140 values of Thrun (1998, 5.1.3) of the picture subsampled to 60 x 64 pixels.
 
 Exit status: 0 done (odd time stamps and messages passed over are warnings), 1 failed, 2 wrong call, 3 done but damaged lines \
-were dropped, each counted and the first ones named.
+(or lines whose picture is missing or broken) were dropped, each counted and the first ones named.
 
 Example:
   printf 'time_s,x_m,y_m,heading_rad,light\\n0,0,0,0,7\\n1,0.5,0,0,9\\n' > walk.csv

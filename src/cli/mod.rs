@@ -8,6 +8,7 @@ mod import;
 mod localise;
 mod progress;
 mod score;
+mod simulate;
 mod train;
 
 use crate::error::{Error, Result};
@@ -32,6 +33,7 @@ struct Arguments {
 enum Command {
     Demo(demo::Arguments),
     Import(import::Arguments),
+    Simulate(simulate::Arguments),
     Train(train::Arguments),
     Localise(localise::Arguments),
     Features(features::Arguments),
@@ -56,6 +58,7 @@ pub fn run() -> ExitCode {
     let result: Result<Outcome> = match arguments.command {
         Command::Demo(arguments) => demo::run(arguments),
         Command::Import(arguments) => import::run(arguments),
+        Command::Simulate(arguments) => simulate::run(arguments),
         Command::Train(arguments) => train::run(arguments),
         Command::Localise(arguments) => localise::run(arguments),
         Command::Features(arguments) => features::run(arguments),

@@ -4,6 +4,7 @@ pub mod account;
 pub mod carmen;
 pub mod compressed;
 pub mod csv;
+pub mod image;
 mod joined;
 pub mod log;
 pub mod npz;

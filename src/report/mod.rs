@@ -2,10 +2,12 @@
 
 mod canvas;
 pub mod localisation;
+mod plan;
 mod plot;
 mod scatter;
 mod table;
 
+pub use plan::{Plan, PlanLine, plan_plot};
 pub use plot::{Curve, Panel, Trace, line_plot, stacked_plot};
 pub use scatter::scatter_plot;
 pub use table::{Cell, Table};

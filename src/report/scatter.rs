@@ -122,7 +122,7 @@ pub fn scatter_plot(
 }
 
 /// Widens one of two ranges so that a metre is as long on both axes of a frame `shape` times as wide as high.
-fn one_scale(x: Range<f64>, y: Range<f64>, shape: f64) -> (Range<f64>, Range<f64>) {
+pub(super) fn one_scale(x: Range<f64>, y: Range<f64>, shape: f64) -> (Range<f64>, Range<f64>) {
     let wider = |range: Range<f64>, width: f64| {
         let more = 0.5 * (width - (range.end - range.start)).max(0.0);
         range.start - more..range.end + more

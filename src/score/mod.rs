@@ -4,14 +4,17 @@
 //! U(L|R) of Duckett & Nehmzow (1998), in [0, 1]. The plain coefficient flatters small samples: independent locations and
 //! responses, 50 × 16 labels, 100 rows, average U = 0.50. So it never stands alone here: [`corrected_coefficient`] is
 //! 0 on average for a response that knows nothing, [`permutation_p`] says how likely chance reaches the table's value,
-//! and [`Interval`] how far another sample of trials may differ.
+//! and [`Interval`] how far another sample of trials may differ. Where a location is a place in the plane, [`Binning`] makes
+//! a label of it.
 
+mod binning;
 mod bootstrap;
 mod contingency;
 mod correction;
 mod judgement;
 mod uncertainty;
 
+pub use binning::Binning;
 pub use bootstrap::Interval;
 pub use contingency::{Contingency, Counts};
 pub use correction::{corrected_coefficient, expected_mutual_information, permutation_p};

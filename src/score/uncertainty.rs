@@ -43,7 +43,7 @@ impl Entropies {
 }
 
 /// −Σ p ln p with p = count / total (eq. 18–20, 21–23).
-fn entropy(counts: &[u64], total: u64) -> f64 {
+pub(super) fn entropy(counts: &[u64], total: u64) -> f64 {
     let of_one = |&count: &u64| {
         let p = count as f64 / total as f64;
         p * p.ln()

@@ -3,41 +3,77 @@
 //! Surfaces are mirrors beyond their critical angle; right-angled corners throw sound back to the sender (Kuc & Siegel,
 //! *Physically based simulation model for acoustic sensor robot navigation*, 1987).
 
-use super::{SonarConfig, Surroundings};
+use super::{Hit, SonarConfig, Surroundings};
 use crate::geometry::Pose;
 use nalgebra::{Point2, Vector2};
 
 /// After a reflection a ray starts this much short of the wall, on the side that it came from, so that rounding can't
 /// put it behind the wall or, in a corner, behind the next one.
-const STEP_BACK_M: f64 = 1e-6;
+pub(super) const STEP_BACK_M: f64 = 1e-6;
 
-/// The nearest echo, in metres from the transducer: the one mounted at `mounted_rad` on the robot's rim while its cone
-/// points along `bearing_rad`, both in the robot's frame.
-pub(super) fn nearest_echo_m(
-    around: &Surroundings,
+/// A transducer of the ring, in the building's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Transducer {
+    pub place: Point2<f64>,
+    /// Where its cone points.
+    pub axis_rad: f64,
+}
+
+impl Transducer {
+    /// The one mounted at `mounted_rad` on the rim of a robot while its cone points along `bearing_rad`, both in the
+    /// robot's frame.
+    pub fn mounted(pose: &Pose, ring_radius_m: f64, mounted_rad: f64, bearing_rad: f64) -> Self {
+        let outward = unit(pose.heading_rad + mounted_rad);
+        Self {
+            place: Point2::new(pose.x_m, pose.y_m) + outward * ring_radius_m,
+            axis_rad: pose.heading_rad + bearing_rad,
+        }
+    }
+
+    /// Unit vector along the middle of its cone.
+    pub fn axis(&self) -> Vector2<f64> {
+        unit(self.axis_rad)
+    }
+}
+
+/// Unit vectors of the rays that sample a transducer's cone, evenly from edge to edge.
+pub(super) fn cone(
     sonar: &SonarConfig,
-    pose: &Pose,
-    mounted_rad: f64,
-    bearing_rad: f64,
-) -> Option<f64> {
-    let outward = unit(pose.heading_rad + mounted_rad);
-    let transducer = Point2::new(pose.x_m, pose.y_m) + outward * sonar.ring_radius_m;
-    let axis_rad = pose.heading_rad + bearing_rad;
-    let last = (sonar.rays - 1).max(1) as f64;
-    let echoes = (0..sonar.rays).filter_map(|ray| {
-        let share = if sonar.rays == 1 {
+    transducer: &Transducer,
+) -> impl Iterator<Item = Vector2<f64>> {
+    let (rays, opening_rad, axis_rad) = (sonar.rays, sonar.opening_rad, transducer.axis_rad);
+    let last = (rays - 1).max(1) as f64;
+    (0..rays).map(move |ray| {
+        let share = if rays == 1 {
             0.0
         } else {
             ray as f64 / last - 0.5
         };
-        ray_echo_m(
-            around,
-            sonar,
-            &transducer,
-            unit(axis_rad + share * sonar.opening_rad),
-        )
-    });
-    echoes.min_by(f64::total_cmp)
+        unit(axis_rad + share * opening_rad)
+    })
+}
+
+/// Where a ray goes on from, and which way, after a mirror.
+pub(super) fn mirrored(
+    origin: &Point2<f64>,
+    direction: &Vector2<f64>,
+    hit: &Hit,
+) -> (Point2<f64>, Vector2<f64>) {
+    (
+        origin + direction * (hit.distance_m - STEP_BACK_M),
+        direction + hit.normal * (2.0 * hit.cos_incidence),
+    )
+}
+
+/// The nearest echo of its own pulse that a transducer hears, in metres.
+pub(super) fn nearest_echo_m(
+    around: &Surroundings,
+    sonar: &SonarConfig,
+    transducer: &Transducer,
+) -> Option<f64> {
+    cone(sonar, transducer)
+        .filter_map(|direction| ray_echo_m(around, sonar, &transducer.place, direction))
+        .min_by(f64::total_cmp)
 }
 
 /// Follows one ray until it comes back: half the way it made, if that is still heard.
@@ -73,8 +109,7 @@ fn ray_echo_m(
         if hit.cos_incidence >= material.critical_angle_rad.cos() {
             return (way_m < heard_to_m).then_some(way_m); // back the way it came
         }
-        origin += direction * (hit.distance_m - STEP_BACK_M);
-        direction += hit.normal * (2.0 * hit.cos_incidence);
+        (origin, direction) = mirrored(&origin, &direction, &hit);
     }
     None
 }

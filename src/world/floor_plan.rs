@@ -34,6 +34,31 @@ impl Material {
         infrared: 0.7,
         look: Look::PLAIN,
     };
+
+    /// What is out of bounds, if anything.
+    pub(super) fn check(&self) -> std::result::Result<(), String> {
+        let Self {
+            reflectivity,
+            critical_angle_rad,
+            infrared,
+            look,
+        } = *self;
+        if !(0.0..=1.0).contains(&infrared) {
+            return Err(format!("infrared {infrared}; expected 0 to 1"));
+        }
+        look.check()?;
+        if !(reflectivity > 0.0 && reflectivity <= 1.0) {
+            return Err(format!(
+                "reflectivity {reflectivity}; expected above 0, up to 1"
+            ));
+        }
+        if !(critical_angle_rad > 0.0 && critical_angle_rad <= FRAC_PI_2) {
+            return Err(format!(
+                "critical angle {critical_angle_rad} rad; expected above 0, up to π/2"
+            ));
+        }
+        Ok(())
+    }
 }
 
 impl Default for Material {
@@ -129,33 +154,14 @@ impl FloorPlan {
             if !(1e-6..=1e6).contains(&length_m) {
                 return wrong(format!("{length_m} m long; expected 1e-6 to 1e6 m"));
             }
-            let Material {
-                reflectivity,
-                critical_angle_rad,
-                infrared,
-                look,
-            } = wall.material;
             if !(wall.low_m >= 0.0 && wall.low_m < wall.high_m) {
                 return wrong(format!(
                     "stands from {} to {} m above the floor; expected a stretch upwards",
                     wall.low_m, wall.high_m
                 ));
             }
-            if !(0.0..=1.0).contains(&infrared) {
-                return wrong(format!("infrared {infrared}; expected 0 to 1"));
-            }
-            if let Err(fault) = look.check() {
+            if let Err(fault) = wall.material.check() {
                 return wrong(fault);
-            }
-            if !(reflectivity > 0.0 && reflectivity <= 1.0) {
-                return wrong(format!(
-                    "reflectivity {reflectivity}; expected above 0, up to 1"
-                ));
-            }
-            if !(critical_angle_rad > 0.0 && critical_angle_rad <= FRAC_PI_2) {
-                return wrong(format!(
-                    "critical angle {critical_angle_rad} rad; expected above 0, up to π/2"
-                ));
             }
         }
         Ok(Self { walls })

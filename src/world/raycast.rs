@@ -1,7 +1,10 @@
 //! What a ray hits first: an exact walk through a uniform grid of cells that know their walls.
 
+mod through;
+
 use super::{FloorPlan, Wall};
 use nalgebra::{Point2, Vector2};
+use std::ops::ControlFlow;
 
 /// Where a ray met a wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,14 +130,9 @@ impl Raycaster {
         reach_m: f64,
         counts: impl Fn(&Wall) -> bool,
     ) -> Option<Hit> {
-        let (enter_m, leave_m) = self.crossing(origin, direction)?;
-        let entry = origin + direction * enter_m - self.low;
-        let (mut column, mut row) = (self.column(entry.x), self.row(entry.y));
-        let mut next_x_m = self.edge_m(column, origin.x - self.low.x, direction.x);
-        let mut next_y_m = self.edge_m(row, origin.y - self.low.y, direction.y);
         let mut nearest: Option<(f64, usize)> = None;
-        loop {
-            for &wall in &self.cells[row * self.columns + column] {
+        self.walk(origin, direction, reach_m, |walls, exit_m| {
+            for &wall in walls {
                 let met = &self.plan.walls()[wall as usize];
                 let found = meet(met, origin, direction)
                     .filter(|_| counts(met))
@@ -144,8 +142,37 @@ impl Raycaster {
                     nearest = found;
                 }
             }
+            match nearest {
+                Some(best) if best.0 <= exit_m => ControlFlow::Break(()),
+                _ => ControlFlow::Continue(()),
+            }
+        });
+        nearest.map(|(distance_m, wall)| {
+            Hit::at(&self.plan.walls()[wall], wall, direction, distance_m)
+        })
+    }
+
+    /// Goes through the cells that a ray passes, up to `reach_m`, until `at_cell` breaks off; it is told the walls that
+    /// touch the cell, and how far along the ray the cell ends.
+    #[inline]
+    fn walk(
+        &self,
+        origin: &Point2<f64>,
+        direction: &Vector2<f64>,
+        reach_m: f64,
+        mut at_cell: impl FnMut(&[u32], f64) -> ControlFlow<()>,
+    ) {
+        let Some((enter_m, leave_m)) = self.crossing(origin, direction) else {
+            return;
+        };
+        let entry = origin + direction * enter_m - self.low;
+        let (mut column, mut row) = (self.column(entry.x), self.row(entry.y));
+        let mut next_x_m = self.edge_m(column, origin.x - self.low.x, direction.x);
+        let mut next_y_m = self.edge_m(row, origin.y - self.low.y, direction.y);
+        loop {
             let exit_m = next_x_m.min(next_y_m);
-            if nearest.is_some_and(|best| best.0 <= exit_m) || exit_m > reach_m.min(leave_m) {
+            let done = at_cell(&self.cells[row * self.columns + column], exit_m).is_break();
+            if done || exit_m > reach_m.min(leave_m) {
                 break;
             }
             let stayed = if next_x_m <= next_y_m {
@@ -159,9 +186,6 @@ impl Raycaster {
                 break;
             }
         }
-        nearest.map(|(distance_m, wall)| {
-            Hit::at(&self.plan.walls()[wall], wall, direction, distance_m)
-        })
     }
 
     /// Enters a wall into every cell it touches, column by column.

@@ -1,6 +1,9 @@
 //! A robot that drives a route: not quite along its middle, and not quite sure how far.
 
-use super::{OdometryConfig, Route, odometry::DeadReckoning};
+use super::{
+    OdometryConfig, Route,
+    way::{Way, halts, reckoned},
+};
 use crate::{
     error::{Error, Result},
     geometry::{Pose, wrapped},
@@ -63,8 +66,6 @@ pub struct Stop {
 /// Waves that make up a deviation, and the shortest and longest of them, metres.
 const WAVES: usize = 8;
 const WAVELENGTH_M: std::ops::Range<f64> = 4.0..16.0;
-/// The way driven is measured in steps of this length, metres.
-const STEP_M: f64 = 0.02;
 
 impl RobotConfig {
     /// Checks every constant.
@@ -116,62 +117,88 @@ pub fn drive(
     route: &Route,
     config: &RobotConfig,
     spacing_m: f64,
-    mut clear: impl FnMut(&Pose, f64) -> Result<()>,
+    clear: impl FnMut(&Pose, f64) -> Result<()>,
 ) -> Result<Vec<Stop>> {
     config.check()?;
-    if !(spacing_m >= STEP_M && spacing_m.is_finite()) {
-        return Err(Error::usage(format!(
-            "robot: `spacing_m` is {spacing_m}; expected {STEP_M} m or more between snapshots"
-        )));
-    }
-    let mut path = seed.numbered_stream("world/robot/path", run);
-    let mut jitter = seed.numbered_stream("world/robot/heading", run);
-    let mut slip = seed.numbered_stream("world/robot/odometry", run);
-    let wander = Wander::draw(config, &mut path);
-    let mut reckoning = DeadReckoning::draw(&config.odometry, &mut slip);
+    let way = RouteWay::draw(seed, run, (route, route), false, 1.0, config);
+    let halts = halts(seed, run, &way, config, (spacing_m, usize::MAX), clear)?;
+    Ok(reckoned(seed, run, &config.odometry, &halts, None))
+}
 
-    let mut stops: Vec<Stop> = Vec::new();
-    let mut route_m = path.random::<f64>() * config.start_scatter_m;
-    let mut here = wander.pose(route, route_m);
-    let (mut travelled_m, mut due_m) = (0.0, 0.0);
-    while route_m <= route.length_m() {
-        clear(&here, route_m)?;
-        let next = wander.pose(route, route_m + STEP_M);
-        let moved_m = here.distance_m(&next);
-        // The spacing is no shorter than a step, so no step holds two stops but for rounding, which `while` takes too.
-        while travelled_m + moved_m > due_m {
-            let stop_m = route_m + STEP_M * (due_m - travelled_m) / moved_m;
-            if stop_m > route.length_m() {
-                break;
-            }
-            let mut pose = wander.pose(route, stop_m);
-            pose.heading_rad =
-                wrapped(pose.heading_rad + config.heading_sd_rad * normal(&mut jitter));
-            let odometry = reckoning.reach(&pose, &mut slip);
-            stops.push(Stop {
-                pose,
-                route_m: stop_m,
-                stamp_s: due_m / config.speed_m_per_s,
-                odometry,
-            });
-            due_m = stops.len() as f64 * spacing_m;
+/// A route as one run drives it.
+pub(super) struct RouteWay<'a> {
+    route: &'a Route,
+    wander: Wander,
+    span_m: [f64; 2],
+    /// On the way back: the coordinate, on the way there, of the place where it begins.
+    mirror_m: Option<f64>,
+}
+
+impl<'a> RouteWay<'a> {
+    /// Draws where run number `run` starts and how it deviates; `back`: along the second of the two routes, which is
+    /// the first one's reverse.
+    pub(super) fn draw(
+        seed: Seed,
+        run: u64,
+        (there, reverse): (&'a Route, &'a Route),
+        back: bool,
+        laps: f64,
+        config: &RobotConfig,
+    ) -> Self {
+        let mut path = seed.numbered_stream("world/robot/path", run);
+        let wander = Wander::draw(config, &mut path);
+        let start_m = path.random::<f64>() * config.start_scatter_m;
+        let route = if back { reverse } else { there };
+        let end_m = if route.is_closed() {
+            start_m + laps * route.length_m()
+        } else {
+            route.length_m()
+        };
+        let mirror_m = match route.is_closed() {
+            true => there.first_straight_m(),
+            false => there.length_m(),
+        };
+        Self {
+            route,
+            wander,
+            span_m: [start_m, end_m],
+            mirror_m: back.then_some(mirror_m),
         }
-        travelled_m += moved_m;
-        route_m += STEP_M;
-        here = next;
     }
-    Ok(stops)
+}
+
+impl Way for RouteWay<'_> {
+    fn span_m(&self) -> [f64; 2] {
+        self.span_m
+    }
+
+    fn pose(&self, at_m: f64) -> Pose {
+        self.wander.pose(self.route, at_m)
+    }
+
+    fn route_m(&self, at_m: f64) -> f64 {
+        let on_m = self.mirror_m.map_or(at_m, |mirror_m| mirror_m - at_m);
+        if self.route.is_closed() {
+            on_m.rem_euclid(self.route.length_m())
+        } else {
+            on_m
+        }
+    }
+
+    fn laps(&self, at_m: f64) -> f64 {
+        (at_m - self.span_m[0]) / self.route.length_m()
+    }
 }
 
 /// A smooth deviation from the route: a Gaussian sum of waves, so that side and heading belong together.
-struct Wander {
+pub(super) struct Wander {
     /// Amplitudes of sine and cosine, and radians a metre.
     waves: [(f64, f64, f64); WAVES],
     limit_m: f64,
 }
 
 impl Wander {
-    fn draw(config: &RobotConfig, random: &mut Stream) -> Self {
+    pub(super) fn draw(config: &RobotConfig, random: &mut Stream) -> Self {
         let amplitude_m = config.lateral_sd_m / (WAVES as f64).sqrt();
         let waves = std::array::from_fn(|_| {
             let per_m = TAU / random.random_range(WAVELENGTH_M);
@@ -187,8 +214,8 @@ impl Wander {
         }
     }
 
-    /// The pose driven at a coordinate of the route.
-    fn pose(&self, route: &Route, route_m: f64) -> Pose {
+    /// How far to the left of the route it is at a coordinate, metres, and its slope.
+    pub(super) fn left_m(&self, route_m: f64) -> (f64, f64) {
         let (mut free_m, mut free_slope) = (0.0, 0.0);
         for (sine_m, cosine_m, per_m) in self.waves {
             let (sin, cos) = (per_m * route_m).sin_cos();
@@ -196,7 +223,12 @@ impl Wander {
             free_slope += per_m * (sine_m * cos - cosine_m * sin);
         }
         let bent = (free_m / self.limit_m).tanh();
-        let (left_m, slope) = (self.limit_m * bent, free_slope * (1.0 - bent * bent));
+        (self.limit_m * bent, free_slope * (1.0 - bent * bent))
+    }
+
+    /// The pose driven at a coordinate of the route.
+    fn pose(&self, route: &Route, route_m: f64) -> Pose {
+        let (left_m, slope) = self.left_m(route_m);
         let (middle, heading_rad, curvature_per_m) = route.at(route_m);
         let place = middle + Vector2::new(-heading_rad.sin(), heading_rad.cos()) * left_m;
         // d/ds (r + l n) = (1 − κ l) t + l' n

@@ -18,6 +18,7 @@ use nalgebra::{Point2, Vector2};
 pub struct Route {
     pieces: Vec<Piece>,
     length_m: f64,
+    closed: bool,
 }
 
 /// A stretch of constant curvature.
@@ -29,6 +30,13 @@ struct Piece {
     /// 1 / radius, positive to the left; 0 on a straight.
     curvature_per_m: f64,
     length_m: f64,
+}
+
+impl Piece {
+    /// How far it begins from a corner, metres.
+    fn past_corner_m(&self, corner: &Point2<f64>) -> f64 {
+        (self.from - corner).norm()
+    }
 }
 
 impl Route {
@@ -65,6 +73,7 @@ impl Route {
         let mut route = Self {
             pieces: Vec::new(),
             length_m: 0.0,
+            closed: false,
         };
         for (index, leg) in legs.iter().enumerate() {
             let before_m = if index > 0 { cuts[index - 1] } else { 0.0 };
@@ -94,6 +103,69 @@ impl Route {
         Ok(route)
     }
 
+    /// The way round through `corners` and back: it begins where the bend at the first corner ends, and after one round
+    /// leads into itself.
+    ///
+    /// ```
+    /// use ballmark::world::Route;
+    /// use nalgebra::Point2;
+    /// let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]].map(Point2::from);
+    /// let round = Route::around(&square, 1.0)?;
+    /// assert!((round.length_m() - (4.0 * 2.0 + std::f64::consts::TAU)).abs() < 1e-9);
+    /// assert!((round.at(0.5 + 3.0 * round.length_m()).0 - Point2::new(1.5, 0.0)).norm() < 1e-9);
+    /// # Ok::<(), ballmark::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Route::new`]; fewer than three corners make no way round.
+    pub fn around(corners: &[Point2<f64>], bend_radius_m: f64) -> Result<Self> {
+        if corners.len() < 3 {
+            return Err(Error::work(format!(
+                "route: {} corners; expected at least 3 for a way round",
+                corners.len()
+            )));
+        }
+        // Once round and one leg more: what lies between the ends of the bend at the first corner is the way round.
+        let (first, second) = (corners[0], corners[1]);
+        let once: Vec<Point2<f64>> = corners.iter().copied().chain([first, second]).collect();
+        let mut route = Self::new(&once, bend_radius_m)?;
+        let bend_m = route
+            .pieces
+            .last()
+            .map_or(0.0, |piece| piece.past_corner_m(&first));
+        route.pieces.pop();
+        route.length_m = route.pieces.iter().map(|piece| piece.length_m).sum();
+        // The first leg as yet begins at the corner, not past its bend.
+        let leg = &mut route.pieces[0];
+        if leg.length_m < bend_m {
+            return Err(Error::work(format!(
+                "route: leg 0 is {} m long up to its bend; expected at least {bend_m} m for the one at its start",
+                leg.length_m
+            )));
+        }
+        leg.from += Vector2::new(leg.heading_rad.cos(), leg.heading_rad.sin()) * bend_m;
+        leg.length_m -= bend_m;
+        let mut start_m = 0.0;
+        for piece in &mut route.pieces {
+            piece.start_m = start_m;
+            start_m += piece.length_m;
+        }
+        route.length_m = start_m;
+        route.closed = true;
+        Ok(route)
+    }
+
+    /// Length of its first straight stretch, in metres: how far from the start a way round begins that takes the same
+    /// corners the other way, from the other end of that stretch.
+    pub(super) fn first_straight_m(&self) -> f64 {
+        self.pieces.first().map_or(0.0, |piece| piece.length_m)
+    }
+
+    /// Does it lead back to its start?
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
     fn add(&mut self, from: Point2<f64>, heading_rad: f64, curvature_per_m: f64, length_m: f64) {
         self.pieces.push(Piece {
             start_m: self.length_m,
@@ -111,8 +183,13 @@ impl Route {
     }
 
     /// Place, heading (radians, not wrapped) and curvature (1/m, positive to the left) at a coordinate; before the
-    /// start and past the end the first and last piece go on.
+    /// start and past the end the first and last piece go on, or a way round begins anew.
     pub fn at(&self, route_m: f64) -> (Point2<f64>, f64, f64) {
+        let route_m = if self.closed {
+            route_m.rem_euclid(self.length_m)
+        } else {
+            route_m
+        };
         let after = self
             .pieces
             .partition_point(|piece| piece.start_m <= route_m);

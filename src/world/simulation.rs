@@ -1,23 +1,166 @@
-//! From floor plans, a route, a robot and its sonars to a Recording.
+//! From a building, or floor plans and a route, to a Recording: drive run after run, and record what the sensors say.
+
+mod drive;
 
 use super::{
-    FloorPlan, Raycaster, RobotConfig, Route, Sonar, SonarConfig, Stop, enclosure::check_enclosed,
-    robot::drive,
+    Building, Camera, Compass, FloorPlan, Infrared, Laser, RobotConfig, Route, Sonar, SonarConfig,
+    Stop, Surroundings,
+    building::{MOST_SNAPSHOTS, RunSet, Sensors},
+    enclosure::check_enclosed,
+    robot,
 };
 use crate::{
     error::{Error, Result},
     geometry::Pose,
-    recording::{Columns, Recording},
+    recording::{Channel, Columns, Recording},
     seed::Seed,
 };
-use nalgebra::Point2;
+use drive::{Drive, check_clear, drive_set, each_run, in_run, place};
 use ndarray::Array2;
 use rayon::prelude::*;
 
-/// Most snapshots of one simulation: far beyond any use, small enough to hold.
-const MOST_SNAPSHOTS: f64 = 1e6;
 /// Pause between two runs, on the recording's clock, seconds.
 const PAUSE_S: f64 = 600.0;
+
+/// Which runs of a building are simulated.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Choice {
+    /// Those of this set only; of all sets, one after another, where there is none.
+    pub set: Option<String>,
+    /// This number of runs of each set, instead of the file's.
+    pub runs: Option<usize>,
+}
+
+/// Simulates a building's robot and records all its sensors.
+///
+/// Run r depends on the seed, the building and r only, not on how many threads work.
+///
+/// ```
+/// use ballmark::{seed::Seed, world::{Building, simulation::{Choice, simulate_building}}};
+/// let hall = Building::from_text(r#"
+///     name = "hall"
+///     wall = [{ points = [[0, 0], [9, 0], [9, 4], [0, 4]], closed = true }]
+///     sonar = { beams = 8 }
+///     path = { corners = [[1, 2], [8, 2]] }
+///     record = { snapshots = 15, runs = 2 }
+/// "#)?;
+/// let recording = simulate_building(&hall, Seed(1), &Choice::default())?;
+/// assert_eq!((recording.len(), recording.runs().len()), (15, 2));
+/// # Ok::<(), ballmark::Error>(())
+/// ```
+///
+/// # Errors
+/// A usage error where the choice names no set, or the sets' sensors differ in their channels; a work error where the
+/// robot could get out, starts in a wall or comes nearer to one than its radius: the message names the run.
+pub fn simulate_building(building: &Building, seed: Seed, choice: &Choice) -> Result<Recording> {
+    let sets = chosen(building, choice)?;
+    let channels = sets[0].1.sensors.channels();
+    if channels.is_empty() {
+        return Err(Error::usage(
+            "no sensor; expected a table of at least one, such as [sonar]",
+        ));
+    }
+    if let Some((_, set, _)) = sets
+        .iter()
+        .find(|(_, set, _)| set.sensors.channels() != channels)
+    {
+        return Err(Error::usage(format!(
+            "the sensors of sets `{}` and `{}` differ; expected --set with one of {}",
+            sets[0].1.name,
+            set.name,
+            building.set_names().join(", ")
+        )));
+    }
+    let mut drives: Vec<(Drive, &Sensors)> = Vec::new();
+    for (first, set, runs) in sets {
+        let start_s = drives
+            .last()
+            .map_or(0.0, |(drive, _)| drive.end_s() + PAUSE_S);
+        let driven = drive_set(building, seed, first, set, runs, start_s)?;
+        drives.extend(driven.into_iter().map(|drive| (drive, &set.sensors)));
+    }
+    let source = match building.source() {
+        "" => format!("simulated world {}, seed {}", building.name(), seed.0),
+        after => format!(
+            "simulated world {} after {after}, seed {}",
+            building.name(),
+            seed.0
+        ),
+    };
+    record(seed, &drives, Some(source))
+}
+
+/// Number of the first run that a choice picks, for [`Building::plan_of_run`].
+///
+/// # Errors
+/// As [`simulate_building`] where the choice is wrong.
+pub fn first_run(building: &Building, choice: &Choice) -> Result<u64> {
+    Ok(chosen(building, choice)?
+        .first()
+        .map_or(0, |(first, ..)| *first))
+}
+
+/// The sets that are asked for, each with the number of its first run and how many there are.
+fn chosen<'a>(building: &'a Building, choice: &Choice) -> Result<Vec<(u64, &'a RunSet, usize)>> {
+    if let Some(runs) = choice.runs.filter(|runs| !(1..=10_000).contains(runs)) {
+        return Err(Error::usage(format!("--runs {runs}: expected 1 to 10000")));
+    }
+    let mut first = 0;
+    let mut sets = Vec::new();
+    for set in building.sets() {
+        if choice.set.as_ref().is_none_or(|name| *name == set.name) {
+            sets.push((first, set, choice.runs.unwrap_or(set.runs)));
+        }
+        first += set.runs.max(choice.runs.unwrap_or(0)) as u64;
+    }
+    match &choice.set {
+        Some(name) if sets.is_empty() => Err(Error::usage(format!(
+            "--set {name}: no such set in the world `{}`; expected {}",
+            building.name(),
+            match &building.set_names()[..] {
+                [] => "none, since it has no [[set]]".to_string(),
+                names => format!("one of {}", names.join(", ")),
+            }
+        ))),
+        _ => Ok(sets),
+    }
+}
+
+impl Sensors {
+    /// Channels in their fixed order.
+    fn channels(&self) -> Vec<Channel> {
+        let sonar = self.sonar.iter().map(Sonar::channel);
+        let infrared = self.infrared.iter().map(Infrared::channel);
+        let laser = self.laser.iter().map(Laser::channel);
+        let camera = self.camera.iter().map(Camera::channel);
+        sonar.chain(infrared).chain(laser).chain(camera).collect()
+    }
+
+    /// One reading of every sensor at a stop, channels side by side.
+    fn read(&self, seed: Seed, number: u64, drive: &Drive, index: usize) -> Vec<f32> {
+        let stop = &drive.stops[index];
+        let (scene, caster) = drive.building_at(index);
+        let mut passing = Vec::new();
+        drive.passing_at(stop.stamp_s, &mut passing);
+        let around = Surroundings::new(caster, &passing);
+        let mut values = Vec::new();
+        // Each sensor has noise of its own, so that one sensor more changes nothing in the others.
+        let noise = |name| seed.numbered_stream(name, number);
+        if let Some(sonar) = &self.sonar {
+            values.extend(sonar.read(&around, &stop.pose, &mut noise("world/sonar")));
+        }
+        if let Some(infrared) = &self.infrared {
+            values.extend(infrared.read(&around, &stop.pose, &mut noise("world/infrared")));
+        }
+        if let Some(laser) = &self.laser {
+            values.extend(laser.read(&around, &stop.pose, &mut noise("world/laser")));
+        }
+        if let Some(camera) = &self.camera {
+            values.extend(camera.read(scene, &around, &stop.pose, &mut noise("world/camera")));
+        }
+        values
+    }
+}
 
 /// Drives the route once through each plan (one a run: doors and bins differ between them) and records the sonars every
 /// `spacing_m` metres of travel.
@@ -38,206 +181,95 @@ pub fn simulate(
     let sonar = Sonar::new(sonar.clone())?;
     robot.check()?;
     let expected = plans.len() as f64 * (route.length_m() / spacing_m + 1.0);
-    if spacing_m > 0.0 && expected > MOST_SNAPSHOTS {
+    if spacing_m > 0.0 && expected > MOST_SNAPSHOTS as f64 {
         return Err(Error::usage(format!(
             "simulation: {} runs with a snapshot every {spacing_m} m make {expected:.0}; expected up to {MOST_SNAPSHOTS}",
             plans.len()
         )));
     }
-    let drives: Vec<(Raycaster, Vec<Stop>)> = plans
-        .into_par_iter()
-        .enumerate()
-        .map(|(run, plan)| {
-            let in_run = |fault: Error| {
-                if fault.is_usage() {
-                    fault
-                } else {
-                    Error::work(format!("run {run}: {fault}"))
-                }
-            };
-            let mut started = false;
-            let clear = |pose: &Pose, route_m: f64| {
-                if !std::mem::replace(&mut started, true) {
-                    check_enclosed(&plan, &place(pose), robot.radius_m)?;
-                }
-                check_clear(&plan, pose, route_m, robot.radius_m)
-            };
-            let stops = drive(seed, run as u64, route, robot, spacing_m, clear).map_err(in_run)?;
-            Ok((Raycaster::new(plan), stops))
-        })
-        .collect::<Result<_>>()?;
+    let run_s = 2.0 * route.length_m() / robot.speed_m_per_s + PAUSE_S;
+    let sensors = Sensors {
+        sonar: Some(sonar),
+        infrared: None,
+        laser: None,
+        camera: None,
+        compass: None,
+    };
+    let drives = each_run(plans.into_par_iter().enumerate(), |(run, plan)| {
+        let mut started = false;
+        let clear = |pose: &Pose, route_m: f64| {
+            if !std::mem::replace(&mut started, true) {
+                check_enclosed(&plan, &place(pose), robot.radius_m)?;
+            }
+            check_clear(&plan, pose, route_m, robot.radius_m)
+        };
+        let stops = robot::drive(seed, run as u64, route, robot, spacing_m, clear)
+            .map_err(|fault| in_run(fault, run as u64))?;
+        Ok((Drive::alone(run, plan, stops, run as f64 * run_s), &sensors))
+    })?;
+    record(seed, &drives, None)
+}
 
+/// Reads the sensors at every stop.
+fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> Result<Recording> {
     let places: Vec<(usize, usize)> = drives
         .iter()
         .enumerate()
-        .flat_map(|(run, (_, stops))| (0..stops.len()).map(move |stop| (run, stop)))
+        .flat_map(|(run, (drive, _))| (0..drive.stops.len()).map(move |stop| (run, stop)))
         .collect();
     let values: Vec<f32> = places
         .par_iter()
         .flat_map_iter(|&(run, stop)| {
+            let (drive, sensors) = &drives[run];
             // Both are below 2^32: see MOST_SNAPSHOTS.
-            let mut noise = seed.numbered_stream("world/sonar", (run as u64) << 32 | stop as u64);
-            sonar.read(
-                &(&drives[run].0).into(),
-                &drives[run].1[stop].pose,
-                &mut noise,
-            )
+            let number = drive.run << 32 | stop as u64;
+            sensors.read(seed, number, drive, stop)
         })
         .collect();
-    let run_s = 2.0 * route.length_m() / robot.speed_m_per_s + PAUSE_S;
-    let of_each = |value: &dyn Fn(usize, &Stop) -> f64| -> Vec<f64> {
-        places
-            .iter()
-            .map(|&(run, stop)| value(run, &drives[run].1[stop]))
+    // Runs of one recording have a compass all, or none; its distortion is the building's.
+    let compasses = drives.iter().map(|(_, sensors)| sensors.compass.clone());
+    let compasses: Option<Vec<Compass>> = compasses
+        .map(|config| config.map(|config| Compass::new(config, seed)).transpose())
+        .collect::<Result<_>>()?;
+    let compass_rad = compasses.map(|compasses| {
+        let each = places.iter().map(|&(run, stop)| {
+            let drive = &drives[run].0;
+            let number = drive.run << 32 | stop as u64;
+            let mut noise = seed.numbered_stream("world/compass/noise", number);
+            compasses[run].read(&drive.stops[stop].pose, &mut noise)
+        });
+        each.collect()
+    });
+    let of_each = |value: &dyn Fn(&Drive, &Stop) -> f64| -> Vec<f64> {
+        let each = places.iter().map(|&(run, stop)| (&drives[run].0, stop));
+        each.map(|(drive, stop)| value(drive, &drive.stops[stop]))
             .collect()
     };
-    let channel = sonar.channel();
-    let values = Array2::from_shape_vec((places.len(), channel.width), values)
+    let pose_of_each = |pose: fn(&Stop) -> Pose| -> Vec<Pose> {
+        let each = places.iter().map(|&(run, stop)| &drives[run].0.stops[stop]);
+        each.map(pose).collect()
+    };
+    let channels = drives
+        .first()
+        .map_or_else(Vec::new, |(_, sensors)| sensors.channels());
+    let width = channels.iter().map(|channel| channel.width).sum();
+    let values = Array2::from_shape_vec((places.len(), width), values)
         .map_err(|fault| Error::work(format!("simulation: {fault}")))?;
     Recording::new(Columns {
-        channels: vec![channel],
+        channels,
         values,
-        stamp_s: of_each(&|run, stop| run as f64 * run_s + stop.stamp_s),
-        pose: places
-            .iter()
-            .map(|&(run, stop)| drives[run].1[stop].pose)
-            .collect(),
-        odometry: places
-            .iter()
-            .map(|&(run, stop)| drives[run].1[stop].odometry)
-            .collect(),
+        stamp_s: of_each(&|drive, stop| drive.start_s + stop.stamp_s),
+        pose: pose_of_each(|stop| stop.pose),
+        odometry: pose_of_each(|stop| stop.odometry),
         run: places.iter().map(|&(run, _)| run as i64).collect(),
+        compass_rad,
         route_m: Some(of_each(&|_, stop| stop.route_m)),
+        source,
         ..Columns::default()
     })
 }
 
-/// Makes sure that the robot at a pose is clear of the walls.
-fn check_clear(plan: &FloorPlan, pose: &Pose, route_m: f64, radius_m: f64) -> Result<()> {
-    if plan.clearance_m(&place(pose)) < radius_m {
-        return Err(Error::work(format!(
-            "robot: hits a wall {route_m:.2} m along the route, near ({:.2}, {:.2}); expected {radius_m} m of free space around it",
-            pose.x_m, pose.y_m
-        )));
-    }
-    Ok(())
-}
-
-fn place(pose: &Pose) -> Point2<f64> {
-    Point2::new(pose.x_m, pose.y_m)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::world::{Material, OdometryConfig, Wall};
-
-    const BRICK: Material = Material {
-        reflectivity: 1.0,
-        critical_angle_rad: 0.5,
-        ..Material::PLAIN
-    };
-
-    /// A bare room of 10 × 4 m, its corners joined by `walls` of the four sides, and a straight route through it.
-    fn room(walls: usize) -> (FloorPlan, Route) {
-        let corners = [[0.0, 0.0], [10.0, 0.0], [10.0, 4.0], [0.0, 4.0], [0.0, 0.0]];
-        let sides = corners.windows(2).take(walls);
-        let walls = sides
-            .map(|pair| Wall::new(pair[0].into(), pair[1].into(), BRICK))
-            .collect();
-        let route = Route::new(&[Point2::new(1.0, 2.0), Point2::new(9.0, 2.0)], 0.0).unwrap();
-        (FloorPlan::new(walls).unwrap(), route)
-    }
-
-    fn error(walls: usize, way: [[f64; 2]; 2], spacing_m: f64, robot: RobotConfig) -> Error {
-        let (plan, _) = room(walls);
-        let route = Route::new(&[way[0].into(), way[1].into()], 0.0).unwrap();
-        simulate(
-            Seed(1),
-            vec![plan],
-            &route,
-            &robot,
-            &SonarConfig::default(),
-            spacing_m,
-        )
-        .unwrap_err()
-    }
-
-    #[test]
-    fn each_bad_call_gets_one_clear_line() {
-        let (way, robot) = ([[1.0, 2.0], [9.0, 2.0]], RobotConfig::default);
-        for spacing_m in [0.0, -1.0, f64::NAN] {
-            let told = error(4, way, spacing_m, robot());
-            assert!(
-                told.is_usage() && told.to_string().contains("spacing_m"),
-                "{told}"
-            );
-        }
-        let told = error(
-            4,
-            way,
-            1.0,
-            RobotConfig {
-                speed_m_per_s: 0.0,
-                ..robot()
-            },
-        );
-        assert!(
-            told.is_usage() && told.to_string().contains("`speed_m_per_s` is 0"),
-            "{told}"
-        );
-        let told = error(
-            4,
-            way,
-            1.0,
-            RobotConfig {
-                odometry: OdometryConfig {
-                    rotation_noise_rad: -0.1,
-                    ..Default::default()
-                },
-                ..robot()
-            },
-        );
-        assert!(
-            told.is_usage() && told.to_string().contains("`rotation_noise_rad` is -0.1"),
-            "{told}"
-        );
-        let told = error(3, way, 1.0, robot());
-        assert!(
-            told.to_string()
-                .contains("run 0: floor plan: a robot of radius 0.27 m gets out near"),
-            "{told}"
-        );
-        let told = error(4, [[0.0, 0.1], [9.0, 2.0]], 1.0, robot());
-        assert!(told.to_string().contains("starts in a wall"), "{told}");
-        let told = error(4, [[1.0, 2.0], [9.9, 2.0]], 1.0, robot());
-        assert!(told.to_string().contains("hits a wall"), "{told}");
-        let told = error(4, [[1.0, 2.0], [1e5, 2.0]], 0.05, robot());
-        assert!(
-            told.is_usage() && told.to_string().contains("expected up to"),
-            "{told}"
-        );
-    }
-
-    #[test]
-    fn every_stop_is_labelled_with_its_own_place() {
-        let (plan, route) = room(4);
-        let recording = simulate(
-            Seed(1),
-            vec![plan; 2],
-            &route,
-            &RobotConfig::default(),
-            &SonarConfig::default(),
-            0.5,
-        )
-        .unwrap();
-        assert_eq!(recording.runs().len(), 2);
-        for index in 0..recording.len() {
-            let snapshot = recording.snapshot(index);
-            assert!((snapshot.route_m.unwrap() - (snapshot.pose.x_m - 1.0)).abs() < 1e-9);
-        }
-        let stamps = &recording.columns().stamp_s;
-        assert!(stamps.windows(2).all(|pair| pair[0] < pair[1]));
-        assert!((stamps[1] - stamps[0] - 0.5 / 0.15).abs() < 1e-9);
-    }
-}
+mod building_tests;
+#[cfg(test)]
+mod tests;

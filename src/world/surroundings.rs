@@ -2,6 +2,7 @@
 
 use super::{Hit, Raycaster, Wall};
 use nalgebra::{Point2, Vector2};
+use std::ops::ControlFlow;
 
 /// A floor plan together with walls that are there for this moment only: people, the leaf of a door that swings.
 ///
@@ -48,6 +49,48 @@ impl<'a> Surroundings<'a> {
             .filter(|hit| hit.distance_m <= reach_m)
             .chain(fixed)
             .min_by(|a, b| a.distance_m.total_cmp(&b.distance_m))
+    }
+
+    /// Visits every wall on the way from `origin` along the unit vector `direction`, up to `reach_m` metres and at any
+    /// height, nearest first, until `visit` breaks off.
+    pub fn cast_through(
+        &self,
+        origin: &Point2<f64>,
+        direction: &Vector2<f64>,
+        reach_m: f64,
+        mut visit: impl FnMut(Hit) -> ControlFlow<()>,
+    ) {
+        let first = self.caster.plan().walls().len();
+        let mut passing: Vec<Hit> = self
+            .passing
+            .iter()
+            .enumerate()
+            .filter_map(|(index, wall)| Hit::of(wall, first + index, origin, direction))
+            .filter(|hit| hit.distance_m <= reach_m)
+            .collect();
+        // The nearest last, to be taken off there.
+        passing.sort_by(|a, b| b.distance_m.total_cmp(&a.distance_m));
+        let mut done = false;
+        self.caster
+            .cast_through(origin, direction, reach_m, |fixed| {
+                let nearer = |hit: &mut Hit| hit.distance_m < fixed.distance_m;
+                let mut stopped = ControlFlow::Continue(());
+                while let Some(hit) = passing.pop_if(nearer)
+                    && stopped.is_continue()
+                {
+                    stopped = visit(hit);
+                }
+                if stopped.is_continue() {
+                    stopped = visit(fixed);
+                }
+                done = stopped.is_break();
+                stopped
+            });
+        while let Some(hit) = passing.pop()
+            && !done
+        {
+            done = visit(hit).is_break();
+        }
     }
 
     /// The wall of a [`Hit`].

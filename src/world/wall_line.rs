@@ -155,7 +155,8 @@ impl WallLine {
         ]
     }
 
-    fn inside(&self, opening: &Opening) -> Vec<Wall> {
+    /// The walls of what is in it.
+    pub(super) fn inside(&self, opening: &Opening) -> Vec<Wall> {
         let (start_m, end_m) = (opening.at_m, opening.at_m + opening.width_m);
         match opening.kind {
             OpeningKind::Niche { depth_m, back } => {

@@ -1,13 +1,17 @@
 //! The real binary, called as a user calls it: one test binary for all commands.
 
+mod camera_views;
 mod configs;
 mod device;
 mod help;
 mod import;
+mod import_frames;
 mod limits;
 mod localise;
 mod model;
 mod score;
+mod simulate;
 mod support;
 mod train;
 mod viewpoint;
+mod worlds;

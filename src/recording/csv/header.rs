@@ -1,6 +1,9 @@
 //! The header of a table: which column is what, and how a row is read by it.
 
-use crate::{geometry::Pose, recording::Channel};
+use crate::{
+    geometry::Pose,
+    recording::{Channel, image},
+};
 use ::csv::ByteRecord;
 
 /// Channels that are in metres where nothing else is said.
@@ -15,8 +18,10 @@ pub(super) struct Header {
     pub run: Option<usize>,
     pub route: Option<usize>,
     pub compass: Option<usize>,
+    /// Names of picture files; their channel comes last.
+    pub frame: Option<usize>,
     pub channels: Vec<Channel>,
-    /// Columns of the channels' values, side by side.
+    /// Columns of the other channels' values, side by side.
     pub values: Vec<usize>,
 }
 
@@ -27,11 +32,17 @@ pub(super) struct Row {
     pub run: i64,
     pub route_m: Option<f64>,
     pub compass_rad: Option<f64>,
+    /// The picture's file name, where there is one.
+    pub frame: Option<String>,
     pub values: Vec<f32>,
 }
 
 impl Header {
-    pub fn parse(record: &ByteRecord) -> std::result::Result<Self, String> {
+    /// Reads the header; `names_files` says of a column by number whether its cells are names rather than numbers.
+    pub fn parse(
+        record: &ByteRecord,
+        names_files: impl Fn(usize) -> bool,
+    ) -> std::result::Result<Self, String> {
         let mut names = Vec::new();
         for name in record {
             let name = std::str::from_utf8(name)
@@ -71,17 +82,28 @@ impl Header {
             }
         };
         let (run, route, compass) = (find("run"), find("route_m"), find("compass_rad"));
+        let named = ["frame", "image"].map(|name| find(name).filter(|column| names_files(*column)));
+        let frame = match named {
+            [Some(_), Some(_)] => {
+                return Err("columns `frame` and `image`; expected one of them".into());
+            }
+            [frame, image] => frame.or(image),
+        };
         let mut used = vec![stamp];
         used.extend(pose);
         used.extend(odometry.iter().flatten());
-        used.extend([run, route, compass].iter().flatten());
+        used.extend([run, route, compass, frame].iter().flatten());
         let sensors: Vec<(usize, &str)> = names
             .iter()
             .copied()
             .enumerate()
             .filter(|(i, _)| !used.contains(i))
             .collect();
-        let (channels, values) = channels(&sensors)?;
+        let (mut channels, values) = channels(&sensors)?;
+        channels.extend(frame.map(|_| image::channel()));
+        if channels.is_empty() {
+            return Err("no sensor column; expected at least one besides time and place".into());
+        }
         Ok(Self {
             width: names.len(),
             stamp,
@@ -90,6 +112,7 @@ impl Header {
             run,
             route,
             compass,
+            frame,
             channels,
             values,
         })
@@ -148,6 +171,10 @@ impl Header {
             },
             route_m: self.route.map(number).transpose()?,
             compass_rad: self.compass.map(number).transpose()?,
+            frame: match self.frame.map(text).transpose()? {
+                None | Some("") => None,
+                Some(name) => Some(name.to_string()),
+            },
             values: self
                 .values
                 .iter()
@@ -221,9 +248,6 @@ fn channels(sensors: &[(usize, &str)]) -> std::result::Result<(Vec<Channel>, Vec
             maximum: None,
         });
         values.extend(group.columns.iter().map(|(_, position)| *position));
-    }
-    if channels.is_empty() {
-        return Err("no sensor column; expected at least one besides time and place".into());
     }
     Ok((channels, values))
 }

@@ -8,21 +8,28 @@
 //! | `run` | optional: number of the run |
 //! | `route_m` | optional: metres along a route |
 //! | `compass_rad` | optional: compass heading |
+//! | `frame` (or `image`) | optional: name of a PNG or JPEG file, relative to the table's folder |
 //! | any other | one sensor value |
 //!
 //! `NAME.0`, `NAME.1`, … (or `NAME_0`, `NAME_1`, …) together are one channel `NAME`; a plain name is a channel of one value. An
 //! empty cell, `nan` or `inf` says that nothing came back. Channels named `laser`, `rear_laser`, `sonar` or `infrared`, and
 //! those whose name ends in `_m`, are in metres; a unit in brackets says otherwise: `light[lux]`, `sonar.0[cm]`.
+//! A picture becomes the channel `camera` of 140 values ([`super::image::features`]); an empty cell says that there is
+//! none, and a `frame` or `image` column of numbers is a sensor like any other.
 //! Values are taken as they stand: no maximum is looked for, since not every sensor measures a range.
 
+mod frames;
 mod header;
 
 use super::{Columns, Recording, account::Account, carmen::OdometrySource, log::Log, ranges};
 use crate::error::{Error, Result};
-use ::csv::{ByteRecord, ReaderBuilder, Trim};
-use header::Header;
+use ::csv::{ByteRecord, Reader, ReaderBuilder, Trim};
+use header::{Header, Row};
 use ndarray::{Array2, Axis};
 use std::path::Path;
+
+/// Rows read at a time; pictures of as many are decoded side by side.
+const BATCH: usize = 256;
 
 /// Does the first line read like such a header?
 pub(super) fn looks_like_one(bytes: &[u8]) -> bool {
@@ -58,29 +65,32 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> 
     let header = reader
         .byte_headers()
         .map_err(|e| Error::input(path, "line 1", e))?;
-    let header = Header::parse(header).map_err(|fault| Error::input(path, "line 1", fault))?;
+    let header = Header::parse(header, |column| frames::are_named_in(bytes, column))
+        .map_err(|fault| Error::input(path, "line 1", fault))?;
     let mut account = Account::default();
     let mut columns = Columns::default();
     let (mut route_m, mut compass_rad, mut values) = (Vec::new(), Vec::new(), Vec::new());
-    let mut record = ByteRecord::new();
     loop {
-        match reader.read_byte_record(&mut record) {
-            Ok(true) => {}
-            Ok(false) => break,
-            Err(e) => return Err(Error::file(path, e)),
+        let mut batch = next_rows(path, &mut reader, &header)?;
+        if batch.is_empty() {
+            break;
         }
-        let line = record.position().map_or(0, ::csv::Position::line);
-        match header.row(&record) {
-            Err(fault) => account.lost(format!("line {line}: {fault}")),
-            Ok(row) => {
-                account.used("row");
-                columns.stamp_s.push(row.stamp_s);
-                columns.pose.push(row.pose);
-                columns.odometry.push(row.odometry.unwrap_or(row.pose));
-                columns.run.push(row.run);
-                route_m.extend(row.route_m);
-                compass_rad.extend(row.compass_rad);
-                values.extend(row.values);
+        if header.frame.is_some() {
+            frames::add(path, &mut batch);
+        }
+        for (line, row) in batch {
+            match row {
+                Err(fault) => account.lost(format!("line {line}: {fault}")),
+                Ok(row) => {
+                    account.used("row");
+                    columns.stamp_s.push(row.stamp_s);
+                    columns.pose.push(row.pose);
+                    columns.odometry.push(row.odometry.unwrap_or(row.pose));
+                    columns.run.push(row.run);
+                    route_m.extend(row.route_m);
+                    compass_rad.extend(row.compass_rad);
+                    values.extend(row.values);
+                }
             }
         }
     }
@@ -110,8 +120,9 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> 
     }
     columns.route_m = header.route.map(|_| route_m);
     columns.compass_rad = header.compass.map(|_| compass_rad);
-    columns.values = Array2::from_shape_vec((k, header.values.len()), values)
-        .map_err(|e| Error::file(path, e))?;
+    let width = header.channels.iter().map(|channel| channel.width).sum();
+    columns.values =
+        Array2::from_shape_vec((k, width), values).map_err(|e| Error::file(path, e))?;
     columns.channels = header.channels;
     let mut first = 0;
     for channel in &mut columns.channels {
@@ -135,6 +146,25 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> 
         account,
         odometry,
     })
+}
+
+/// A row by the number of its line, or what is wrong with it.
+type Numbered = (u64, std::result::Result<Row, String>);
+
+/// The next few rows; none at the end.
+fn next_rows(path: &Path, reader: &mut Reader<&[u8]>, header: &Header) -> Result<Vec<Numbered>> {
+    let mut rows = Vec::new();
+    let mut record = ByteRecord::new();
+    while rows.len() < BATCH {
+        match reader.read_byte_record(&mut record) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(e) => return Err(Error::file(path, e)),
+        }
+        let line = record.position().map_or(0, ::csv::Position::line);
+        rows.push((line, header.row(&record)));
+    }
+    Ok(rows)
 }
 
 #[cfg(test)]

@@ -1,0 +1,183 @@
+//! Small maps in every mode.
+
+use super::*;
+use image::{GrayImage, ImageFormat, RgbaImage};
+use nalgebra::Point2;
+
+fn config(mode: Mode, negate: i64) -> MapConfig {
+    MapConfig {
+        image: "map.pgm".into(),
+        resolution: 0.05,
+        origin: [0.0; 3],
+        negate: Negate::Number(negate),
+        occupied_thresh: 0.65,
+        free_thresh: 0.196,
+        mode,
+    }
+}
+
+#[test]
+fn each_mode_reads_brightness_as_map_server_does() {
+    let occupied = |mode, negate, value: f64| config(mode, negate).is_occupied(value / 255.0);
+    for mode in [Mode::Trinary, Mode::Scale] {
+        // (255 − 89) / 255 = 0.651, (255 − 90) / 255 = 0.647
+        assert!(occupied(mode, 0, 0.0) && occupied(mode, 0, 89.0) && !occupied(mode, 0, 90.0));
+        assert!(!occupied(mode, 0, 205.0) && !occupied(mode, 0, 254.0));
+        assert!(occupied(mode, 1, 255.0) && occupied(mode, 1, 166.0) && !occupied(mode, 1, 165.0));
+    }
+    for (value, is) in [
+        (0.0, false),
+        (65.0, false),
+        (66.0, true),
+        (100.0, true),
+        (101.0, false),
+        (255.0, false),
+    ] {
+        assert_eq!(occupied(Mode::Raw, 0, value), is, "{value}");
+        assert_eq!(occupied(Mode::Raw, 1, 255.0 - value), is, "negated {value}");
+    }
+}
+
+#[test]
+fn transparency_is_one_more_colour_in_the_trinary_mode_alone() {
+    let cells = |mode, rgba: [u8; 4]| {
+        let picture = RgbaImage::from_pixel(1, 1, image::Rgba(rgba));
+        config(mode, 0).occupied(&picture.into())[(0, 0)]
+    };
+    // Opaque black: (0 + 0 + 0 + 255) / 4 = 63.75, 0.75 occupied; dark grey 60: 108.75, 0.57.
+    assert!(cells(Mode::Trinary, [0, 0, 0, 255]) && cells(Mode::Scale, [0, 0, 0, 255]));
+    assert!(!cells(Mode::Trinary, [60, 60, 60, 255]) && cells(Mode::Scale, [60, 60, 60, 255]));
+}
+
+/// A map in a folder of its own, and its walls or why there are none.
+fn read(yaml: &str, files: &[(&str, Vec<u8>)]) -> Result<Vec<Wall>> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, content) in files {
+        std::fs::write(folder.path().join(name), content).unwrap();
+    }
+    let file = folder.path().join("map.yaml");
+    std::fs::write(&file, yaml).unwrap();
+    walls(&file, Material::PLAIN)
+}
+
+const YAML: &str = "image: map.pgm\nresolution: 0.5\norigin: [1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+/// An L of occupied cells in the lower left: two in the lowest row, one above the left one.
+const L: &[u8] = b"P2\n3 3\n255\n254 254 254\n0 254 205\n0 0 254\n";
+
+fn has(walls: &[Wall], from: [f64; 2], to: [f64; 2]) -> bool {
+    let at = |a: Point2<f64>, b: [f64; 2]| (a - Point2::from(b)).norm() < 1e-9;
+    walls
+        .iter()
+        .any(|wall| at(wall.from, from) && at(wall.to, to))
+}
+
+#[test]
+fn the_outline_is_made_of_straight_walls_where_the_origin_says() {
+    let walls = read(YAML, &[("map.pgm", L.to_vec())]).unwrap();
+    assert_eq!(walls.len(), 6);
+    for (from, to) in [
+        ([1.0, 2.0], [2.0, 2.0]), // below, two cells in one
+        ([1.5, 2.5], [2.0, 2.5]),
+        ([1.0, 3.0], [1.5, 3.0]),
+        ([1.0, 2.0], [1.0, 3.0]), // left, two cells in one
+        ([1.5, 2.5], [1.5, 3.0]),
+        ([2.0, 2.0], [2.0, 2.5]),
+    ] {
+        assert!(has(&walls, from, to), "{from:?} to {to:?} in {walls:?}");
+    }
+    // Turned by a quarter about the origin: x to y, y to −x.
+    let turned = YAML.replace("0.0]", "1.5707963267948966]");
+    let walls = read(&turned, &[("map.pgm", L.to_vec())]).unwrap();
+    assert!(has(&walls, [1.0, 2.0], [1.0, 3.0]) && has(&walls, [1.0, 2.0], [0.0, 2.0]));
+}
+
+#[test]
+fn png_and_binary_pgm_and_sixteen_bits_say_the_same() {
+    let expected = read(YAML, &[("map.pgm", L.to_vec())]).unwrap();
+    let grey = GrayImage::from_raw(3, 3, vec![254, 254, 254, 0, 254, 205, 0, 0, 254]).unwrap();
+    let encoded = |picture: DynamicImage, format| {
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, format).unwrap();
+        bytes.into_inner()
+    };
+    for picture in [
+        encoded(grey.clone().into(), ImageFormat::Pnm),
+        encoded(grey.clone().into(), ImageFormat::Png),
+        encoded(
+            DynamicImage::from(grey.clone()).to_luma16().into(),
+            ImageFormat::Png,
+        ),
+        encoded(DynamicImage::from(grey).to_rgb8().into(), ImageFormat::Png),
+    ] {
+        assert_eq!(read(YAML, &[("map.pgm", picture)]).unwrap(), expected);
+    }
+}
+
+#[test]
+fn the_greatest_value_of_a_pgm_counts_as_white() {
+    let dim = b"P2\n3 3\n100\n100 100 100\n0 100 80\n0 0 100\n".to_vec();
+    assert_eq!(read(YAML, &[("map.pgm", dim)]).unwrap().len(), 6);
+}
+
+#[test]
+fn each_fault_is_told_in_one_line_with_its_file() {
+    let good = || vec![("map.pgm", L.to_vec())];
+    let with = |from: &str, to: &str| YAML.replace(from, to);
+    for (yaml, files, expected) in [
+        (YAML.to_string(), vec![], "map.pgm: cannot read"),
+        (
+            YAML.to_string(),
+            vec![("map.pgm", b"no picture".to_vec())],
+            "map.pgm: ",
+        ),
+        (
+            YAML.to_string(),
+            vec![("map.pgm", L[..20].to_vec())],
+            "map.pgm: ",
+        ),
+        (YAML.to_string(), vec![("map.pgm", vec![])], "map.pgm: "),
+        (
+            YAML.to_string(),
+            vec![("map.pgm", b"P5 60000 60000 255\n".to_vec())],
+            "map.pgm: 60000 × 60000 cells",
+        ),
+        (
+            YAML.to_string(),
+            vec![("map.pgm", b"P2 1 1 255\n254\n".to_vec())],
+            "no cell is occupied",
+        ),
+        (
+            with("resolution: 0.5", "resolution: 0"),
+            good(),
+            "`resolution`: is 0",
+        ),
+        (
+            with("resolution: 0.5", "resolution: .nan"),
+            good(),
+            "`resolution`",
+        ),
+        (with("resolution: 0.5\n", ""), good(), "resolution"),
+        (with("negate: 0", "negate: 7"), good(), "`negate`: is 7"),
+        (
+            with("free_thresh: 0.196", "free_thresh: 0.7"),
+            good(),
+            "`free_thresh`: is 0.7",
+        ),
+        (with("[1.0, 2.0, 0.0]", "[1.0, 2.0]"), good(), "map.yaml: "),
+        (
+            with("[1.0, 2.0, 0.0]", "[1.0, .inf, 0.0]"),
+            good(),
+            "`origin`: is inf",
+        ),
+        (format!("{YAML}mode: quaternary\n"), good(), "map.yaml: "),
+        ("[".to_string(), good(), "map.yaml: "),
+    ] {
+        let told = read(&yaml, &files).unwrap_err();
+        let line = told.to_string();
+        assert!(
+            line.contains(expected) && !line.contains('\n'),
+            "{expected}: {line}"
+        );
+        assert!(!told.is_usage(), "{line}");
+    }
+}

@@ -1,0 +1,380 @@
+//! Driving the runs of a set through a building: which way, past whom, and where the robot stops.
+
+use super::PAUSE_S;
+use crate::{
+    error::{Error, Result},
+    geometry::Pose,
+    seed::Seed,
+    world::{
+        Building, Compass, FloorPlan, Outing, People, Raycaster, RunScene, Stop, Surroundings,
+        TimedPose, Wall,
+        building::{Journey, MOST_SNAPSHOTS, RunSet, Spacing},
+        enclosure::check_enclosed,
+        robot::RouteWay,
+        turret_headings,
+        visit::visit,
+        wall_following::{Round, WallWay},
+        way::{Halt, STEP_M, Way, halts, reckoned, travelled_m},
+    },
+};
+use nalgebra::Point2;
+use rayon::prelude::*;
+
+/// Walls that begin this high above the floor are in nobody's way, metres.
+const HEADROOM_M: f64 = 1.5;
+
+/// A run, driven: what the building was like, who came, and where the robot stopped.
+pub(super) struct Drive {
+    /// Its number among all the building's runs.
+    pub(super) run: u64,
+    /// While the robot maps, where the building is another one then, and afterwards.
+    mapping: Option<(RunScene, Raycaster)>,
+    later: (RunScene, Raycaster),
+    people: Option<People>,
+    pub(super) stops: Vec<Stop>,
+    /// The first stop at which the robot no longer maps.
+    mapped_at: usize,
+    /// When it began, on the recording's clock, seconds.
+    pub(super) start_s: f64,
+}
+
+impl Drive {
+    /// A run through a plan that nothing else is known of.
+    pub(super) fn alone(run: usize, plan: FloorPlan, stops: Vec<Stop>, start_s: f64) -> Self {
+        Self {
+            run: run as u64,
+            mapping: None,
+            later: (RunScene::of(plan.clone()), Raycaster::new(plan)),
+            people: None,
+            stops,
+            mapped_at: 0,
+            start_s,
+        }
+    }
+
+    /// When it ended, on the recording's clock, seconds.
+    pub(super) fn end_s(&self) -> f64 {
+        self.start_s + self.stops.last().map_or(0.0, |stop| stop.stamp_s)
+    }
+
+    /// The building at a stop.
+    pub(super) fn building_at(&self, stop: usize) -> (&RunScene, &Raycaster) {
+        let mapping = self.mapping.as_ref().filter(|_| stop < self.mapped_at);
+        let (scene, caster) = mapping.unwrap_or(&self.later);
+        (scene, caster)
+    }
+
+    /// Adds who and what is passing, seconds after the run began.
+    pub(super) fn passing_at(&self, stamp_s: f64, passing: &mut Vec<Wall>) {
+        match &self.people {
+            Some(people) => people.passing_at(stamp_s, passing),
+            None => passing.extend(&self.later.0.fire_doors),
+        }
+    }
+}
+
+/// One run before it is driven.
+struct Setting {
+    run: u64,
+    back: bool,
+    mapping: Option<RunScene>,
+    later: RunScene,
+    /// What the robot may run into, while it maps (if that is another building) and afterwards.
+    obstacles: (Option<Raycaster>, Raycaster),
+    map_laps: f64,
+}
+
+impl Setting {
+    fn new(building: &Building, seed: Seed, run: u64, set: &RunSet) -> Result<Self> {
+        let map_laps = building.people().map_or(0.0, |people| people.map_laps);
+        let later = building.plan_of_run(seed, run)?;
+        let mapping = match map_laps > 0.0 {
+            true => Some(building.plan_while_mapping(seed, run)?),
+            false => None,
+        };
+        let mapping = mapping.filter(|scene| *scene != later);
+        let before = mapping.as_ref().map(obstacles).transpose()?;
+        Ok(Self {
+            run,
+            back: set.both_ways && run % 2 == 1,
+            obstacles: (
+                before.map(Raycaster::new),
+                Raycaster::new(obstacles(&later)?),
+            ),
+            mapping,
+            later,
+            map_laps,
+        })
+    }
+
+    /// What the robot may run into after so many laps.
+    fn obstacles_after(&self, laps: f64) -> &Raycaster {
+        let before = self.obstacles.0.as_ref().filter(|_| laps < self.map_laps);
+        before.unwrap_or(&self.obstacles.1)
+    }
+}
+
+/// What is in a robot's way. Fire doors count as shut: it isn't let through one that somebody leaves open (Duckett &
+/// Nehmzow 1998, 7: "careful not to allow the robot to escape").
+fn obstacles(scene: &RunScene) -> Result<FloorPlan> {
+    let low = |wall: &&Wall| wall.low_m < HEADROOM_M;
+    let all = scene.plan.walls().iter().chain(&scene.fire_doors);
+    FloorPlan::new(all.filter(low).copied().collect())
+}
+
+/// Drives `runs` runs of a set, the first of them number `first` and at `start_s` on the recording's clock.
+///
+/// # Errors
+/// Where snapshots would be too many or too dense, or the robot starts in a wall, gets out or hits something: the
+/// message names the run.
+pub(super) fn drive_set(
+    building: &Building,
+    seed: Seed,
+    first: u64,
+    set: &RunSet,
+    runs: usize,
+    start_s: f64,
+) -> Result<Vec<Drive>> {
+    let numbers: Vec<u64> = (first..first + runs as u64).collect();
+    let settings = each_run(numbers.par_iter(), |&run| {
+        Setting::new(building, seed, run, set)
+    })?;
+    let driven: Vec<Vec<Halt>> = match building.journey() {
+        Journey::Poses(poses) => each_run(settings.par_iter(), |setting| {
+            let order = (set.laps, setting.back);
+            let clear = guard(setting, building.robot().radius_m);
+            visit(seed, setting.run, poses, order, building.robot(), clear)
+                .map_err(|fault| in_run(fault, setting.run))
+        })?,
+        journey => along_ways(building, seed, set, journey, &settings)?,
+    };
+    let finished = each_run(settings.par_iter().zip(&driven), |(setting, halts)| {
+        finish(building, seed, set, setting, halts).map_err(|fault| in_run(fault, setting.run))
+    })?;
+    let mut start_s = start_s;
+    let drives = settings.into_iter().zip(finished);
+    let drives = drives.map(|(setting, (stops, people, mapped_at))| {
+        let with_caster = |scene: RunScene| {
+            let caster = Raycaster::new(scene.plan.clone());
+            (scene, caster)
+        };
+        let drive = Drive {
+            run: setting.run,
+            mapping: setting.mapping.map(with_caster),
+            later: with_caster(setting.later),
+            people,
+            stops,
+            mapped_at,
+            start_s,
+        };
+        start_s = drive.end_s() + PAUSE_S;
+        drive
+    });
+    Ok(drives.collect())
+}
+
+/// Drives a route, or along a wall, and stops by the set's spacing.
+fn along_ways(
+    building: &Building,
+    seed: Seed,
+    set: &RunSet,
+    journey: &Journey,
+    settings: &[Setting],
+) -> Result<Vec<Vec<Halt>>> {
+    let robot = building.robot();
+    // All runs measure their progress along one and the same way round.
+    let round = match (journey, settings.first()) {
+        (Journey::Wall(following), Some(setting)) => {
+            let plan = obstacles(&building.plan_while_mapping(seed, setting.run)?)?;
+            check_start(&plan, setting, &following.start, robot.radius_m)?;
+            Some(Round::drive(&Raycaster::new(plan), following, robot)?)
+        }
+        _ => None,
+    };
+    let ways = each_run(settings.par_iter(), |setting| {
+        let (run, back) = (setting.run, setting.back);
+        let way: Box<dyn Way + '_> = match (journey, &round) {
+            (Journey::Wall(following), Some(round)) => {
+                let following = match back {
+                    true => following.back(),
+                    false => *following,
+                };
+                let caster_at = |laps| setting.obstacles_after(laps);
+                let way =
+                    WallWay::drive((seed, run), caster_at, &following, round, set.laps, robot);
+                Box::new(way.map_err(|fault| in_run(fault, run))?)
+            }
+            (
+                Journey::Route {
+                    there,
+                    back: reverse,
+                },
+                _,
+            ) => {
+                let routes = (there, reverse);
+                Box::new(RouteWay::draw(seed, run, routes, back, set.laps, robot))
+            }
+            _ => {
+                let fault = "simulation: no way to drive; expected a route or a wall";
+                return Err(Error::work(fault));
+            }
+        };
+        Ok(way)
+    })?;
+    let lengths_m: Vec<f64> = ways
+        .par_iter()
+        .map(|way| travelled_m(way.as_ref()))
+        .collect();
+    let spacings = spacings(set, &lengths_m)?;
+    let set_out = settings.par_iter().zip(&ways).zip(&spacings);
+    each_run(set_out, |((setting, way), &spacing)| {
+        let clear = guard(setting, robot.radius_m);
+        halts(seed, setting.run, way.as_ref(), robot, spacing, clear)
+            .map_err(|fault| in_run(fault, setting.run))
+    })
+}
+
+/// The same for each run, on all cores; of several faults that of the first run, whichever was found first.
+pub(super) fn each_run<I: IndexedParallelIterator, T: Send>(
+    runs: I,
+    work: impl Fn(I::Item) -> Result<T> + Sync + Send,
+) -> Result<Vec<T>> {
+    let all: Vec<Result<T>> = runs.map(work).collect();
+    all.into_iter().collect()
+}
+
+/// How far apart the snapshots of each run stand, and how many there are at most.
+fn spacings(set: &RunSet, lengths_m: &[f64]) -> Result<Vec<(f64, usize)>> {
+    let runs = lengths_m.len();
+    let whole_m: f64 = lengths_m.iter().sum();
+    match set.spacing {
+        Spacing::Metres(metres) => {
+            let expected = whole_m / metres + runs as f64;
+            if expected > MOST_SNAPSHOTS as f64 {
+                return Err(Error::usage(format!(
+                    "simulation: {runs} runs with a snapshot every {metres} m make {expected:.0}; expected up to {MOST_SNAPSHOTS}"
+                )));
+            }
+            Ok(vec![(metres, usize::MAX); runs])
+        }
+        Spacing::Exactly(count) => {
+            // The file's number is for the file's runs.
+            let count = (count as f64 * runs as f64 / set.runs as f64).round();
+            // Each run gets its share by length: what the runs up to it get, less what those before it got.
+            let mut reached_m = 0.0;
+            let mut given = 0;
+            let shares = lengths_m.iter().map(|length_m| {
+                reached_m += length_m;
+                let until = (count * reached_m / whole_m).round() as usize;
+                let share = until - given;
+                given = until;
+                (length_m / share.max(1) as f64, share)
+            });
+            let shares: Vec<(f64, usize)> = shares.collect();
+            match shares.iter().find(|(spacing_m, _)| *spacing_m < STEP_M) {
+                Some((spacing_m, _)) => Err(Error::usage(format!(
+                    "simulation: {count} snapshots make one every {spacing_m:.6} m; expected {STEP_M} m or more between them"
+                ))),
+                None => Ok(shares),
+            }
+        }
+        Spacing::AtPoses => Err(Error::usage(
+            "[record]: snapshots at poses; expected them only where the robot follows poses",
+        )),
+    }
+}
+
+/// What is left once the stops are known: who comes, where the turret looks, and what odometry says.
+fn finish(
+    building: &Building,
+    seed: Seed,
+    set: &RunSet,
+    setting: &Setting,
+    halts: &[Halt],
+) -> Result<(Vec<Stop>, Option<People>, usize)> {
+    let robot = building.robot();
+    let path: Vec<TimedPose> = halts
+        .iter()
+        .map(|halt| TimedPose {
+            stamp_s: halt.stamp_s,
+            pose: halt.pose,
+        })
+        .collect();
+    let mapped_at = halts.partition_point(|halt| halt.laps < setting.map_laps);
+    let people = match building.people() {
+        Some(config) if !halts.is_empty() => {
+            let caster = Raycaster::new(setting.later.plan.clone());
+            let on_left = building.wall_on_left();
+            let outing = Outing {
+                path: &path,
+                map_until_s: halts.get(mapped_at).map_or(f64::MAX, |halt| halt.stamp_s),
+                around: Surroundings::new(&caster, &setting.later.fire_doors),
+                radius_m: robot.radius_m,
+                wall_on_left: on_left.map(|left| left != setting.back),
+            };
+            Some(People::new(config, seed, setting.run, &outing)?)
+        }
+        _ => None,
+    };
+    let turret = match &set.sensors.compass {
+        Some(config) if building.turret_north() && !halts.is_empty() => {
+            let compass = Compass::new(config.clone(), seed)?;
+            let mut random = seed.numbered_stream("world/turret", setting.run);
+            let headings_rad = turret_headings(&compass, &path, &mut random)?;
+            Some((headings_rad, config.north_rad))
+        }
+        _ => None,
+    };
+    let turret = turret.as_ref();
+    let turret = turret.map(|(headings_rad, north_rad)| (&headings_rad[..], *north_rad));
+    let stops = reckoned(seed, setting.run, &robot.odometry, halts, turret);
+    Ok((stops, people, mapped_at))
+}
+
+/// Watches over a run: at its first pose whether the robot stands free and can't get out, from then on whether it hits
+/// anything.
+fn guard(setting: &Setting, radius_m: f64) -> impl FnMut(&Pose, f64) -> Result<()> + '_ {
+    let mut started = false;
+    move |pose, route_m| {
+        let plan = setting.obstacles.1.plan();
+        if !std::mem::replace(&mut started, true) {
+            check_start(plan, setting, pose, radius_m)?;
+        }
+        check_clear(plan, pose, route_m, radius_m)
+    }
+}
+
+/// Makes sure that the robot starts in the free and can't get out.
+fn check_start(plan: &FloorPlan, setting: &Setting, pose: &Pose, radius_m: f64) -> Result<()> {
+    check_enclosed(plan, &place(pose), radius_m).map_err(|fault| in_run(fault, setting.run))
+}
+
+/// A fault of a run, told with its number, once; that of the call stays as it is.
+pub(super) fn in_run(fault: Error, run: u64) -> Error {
+    let told = fault.to_string();
+    if fault.is_usage() || told.starts_with("run ") {
+        fault
+    } else {
+        Error::work(format!("run {run}: {told}"))
+    }
+}
+
+/// Makes sure that the robot at a pose is clear of the walls.
+pub(super) fn check_clear(
+    plan: &FloorPlan,
+    pose: &Pose,
+    route_m: f64,
+    radius_m: f64,
+) -> Result<()> {
+    if plan.clearance_m(&place(pose)) < radius_m {
+        return Err(Error::work(format!(
+            "robot: hits a wall {route_m:.2} m along the route, near ({:.2}, {:.2}); expected {radius_m} m of free space around it",
+            pose.x_m, pose.y_m
+        )));
+    }
+    Ok(())
+}
+
+pub(super) fn place(pose: &Pose) -> Point2<f64> {
+    Point2::new(pose.x_m, pose.y_m)
+}
