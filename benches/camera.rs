@@ -2,24 +2,33 @@
 //! `camera/up` render an image and cut it into its 140 values, `camera/ahead` looks down the whole corridor.
 
 use ballmark::{
-    geometry::Pose,
     seed::Seed,
-    world::{Camera, CameraConfig, Light, Raycaster, RunScene, camera::Direction, corridor},
+    world::{
+        Building, Camera, CameraConfig, Raycaster,
+        camera::Direction,
+        corridor::{self, CorridorConfig},
+    },
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 
 fn camera(criterion: &mut Criterion) {
-    let plan = corridor::plan_of_run(Seed(1), 0).expect("the corridor's plan");
-    let route = corridor::route().expect("the corridor's route");
-    let lights = (0..18).map(|index| Light {
-        at: route.at(2.5 + 5.0 * f64::from(index)).0,
-        ..Light::default()
-    });
-    let scene = RunScene {
-        lights: lights.collect(),
-        ..RunScene::of(plan)
-    };
+    let building = Building::from_text(corridor::WORLD).expect("the shipped world");
+    let scene = building
+        .plan_of_run(Seed(1), 0)
+        .expect("the corridor's plan");
+    let recording = corridor::thrun1998(
+        Seed(1),
+        &CorridorConfig {
+            runs: 1,
+            spacing_m: 0.37,
+        },
+    );
+    let poses = recording
+        .expect("the corridor can be driven")
+        .columns()
+        .pose
+        .clone();
     let caster = Raycaster::new(scene.plan.clone());
     let mut group = criterion.benchmark_group("camera");
     for (name, look) in [
@@ -33,13 +42,11 @@ fn camera(criterion: &mut Criterion) {
         };
         let camera = Camera::new(config).expect("the default camera");
         let mut noise = Seed(1).stream("camera");
-        let mut along_m = 0.0;
+        let mut poses = poses.iter().cycle();
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
-                along_m = (along_m + 0.37) % 85.0;
-                let (at, heading_rad, _) = route.at(along_m);
-                let pose = Pose::new(at.x, at.y, heading_rad);
-                black_box(camera.read(&scene, &(&caster).into(), &pose, &mut noise))
+                let pose = poses.next().expect("a cycle");
+                black_box(camera.read(&scene, &(&caster).into(), pose, &mut noise))
             });
         });
     }

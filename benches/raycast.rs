@@ -4,7 +4,11 @@
 
 use ballmark::{
     seed::Seed,
-    world::{FloorPlan, Material, Raycaster, Wall, corridor, floor_plan::round},
+    world::{
+        FloorPlan, Material, Raycaster, Wall,
+        corridor::{self, CorridorConfig},
+        floor_plan::round,
+    },
 };
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::{Point2, Vector2};
@@ -31,16 +35,28 @@ fn ray(place: Point2<f64>, angle_rad: f64) -> (Point2<f64>, Vector2<f64>) {
 /// The corridor, from places along the robot's way.
 fn corridor() -> Scene {
     let mut random = Seed(1).stream("rays");
-    let plan = corridor::plan_of_run(Seed(1), 0).expect("the corridor's constants make a plan");
-    let route = corridor::route().expect("the corridor's constants make a route");
+    let building = corridor::building(&CorridorConfig::default()).expect("the shipped world");
+    let scene = building
+        .plan_of_run(Seed(1), 0)
+        .expect("the corridor's plan");
+    let recording = corridor::thrun1998(
+        Seed(1),
+        &CorridorConfig {
+            runs: 1,
+            spacing_m: 0.1,
+        },
+    );
+    let recording = recording.expect("the corridor can be driven");
+    let places = &recording.columns().pose;
     let rays = (0..RAYS).map(|_| {
-        let (place, ..) = route.at(random.random::<f64>() * route.length_m());
+        let place = &places[random.random_range(0..places.len())];
+        let place = Point2::new(place.x_m, place.y_m);
         ray(place, random.random_range(0.0..std::f64::consts::TAU))
     });
     Scene {
         name: "corridor",
         rays: rays.collect(),
-        plan,
+        plan: scene.plan,
     }
 }
 

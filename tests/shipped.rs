@@ -32,7 +32,6 @@ fn small_corridor() -> Recording {
     let config = CorridorConfig {
         runs: 3,
         spacing_m: 0.5,
-        ..CorridorConfig::default()
     };
     thrun1998(Seed(2), &config).expect("the corridor can be driven")
 }

@@ -9,7 +9,7 @@ use crate::{
     storage,
     world::{
         Building, RunScene, Wall,
-        simulation::{Choice, first_run, simulate_building},
+        simulation::{Choice, first_run, simulate},
     },
 };
 use nalgebra::{Rotation2, Vector2};
@@ -80,7 +80,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     };
     let in_world = |fault: Error| fault.in_file(&arguments.world);
     let seed = Seed(arguments.seed);
-    let recording = simulate_building(&world, seed, &choice).map_err(in_world)?;
+    let recording = simulate(&world, seed, &choice).map_err(in_world)?;
     let picture = match &arguments.plan {
         Some(_) => {
             let first = first_run(&world, &choice)?;

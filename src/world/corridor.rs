@@ -1,25 +1,18 @@
-//! Thrun's corridor: the 89 m long segment of 1998, section 5.1.1, as far as the paper tells, and the rest assumed.
-//!
-//! The paper states: 89 m; two windows, at both corners; various doors on the outer side; on the inner side fewer and
-//! wider ones; an elevator; three to four trash bins; a hallway; doors that change between runs; one travel direction
-//! from a fixed start, mostly near the middle; 15 cm/s. So the segment has two bends, and the doors' sides tell which
-//! way: it goes round the inside of the building, here to the left, in three legs.
-//!
-//! Assumed, since the hand-drawn map gives no measures: everything else in [`plan`].
+//! Thrun's corridor, ready to be driven: the world of `configs/worlds/thrun1998.toml`, which is part of the program, with
+//! sonars alone and nobody about. What is known of it and what is assumed: `docs/worlds/thrun1998.md`.
 
-pub mod plan;
-
-use super::{RobotConfig, SonarConfig, simulate};
-use crate::{
-    error::{Error, Result},
-    recording::{Columns, Recording},
-    seed::Seed,
+use super::{
+    Building,
+    building::{RecordConfig, WorldConfig},
+    simulation::{Choice, simulate},
 };
+use crate::{error::Result, recording::Recording, seed::Seed};
 use serde::{Deserialize, Serialize};
 
-pub use plan::{LENGTH_M, plan_of_run, route};
+/// The world's file.
+pub const WORLD: &str = include_str!("../../configs/worlds/thrun1998.toml");
 
-/// How many runs, how dense, and with which robot.
+/// How many runs and how dense.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CorridorConfig {
@@ -27,10 +20,6 @@ pub struct CorridorConfig {
     pub runs: usize,
     /// Metres of travel between two snapshots (the paper's mean is 0.11).
     pub spacing_m: f64,
-    /// How the robot drives and dead-reckons.
-    pub robot: RobotConfig,
-    /// Its sonars.
-    pub sonar: SonarConfig,
 }
 
 impl Default for CorridorConfig {
@@ -38,20 +27,32 @@ impl Default for CorridorConfig {
         Self {
             runs: 12,
             spacing_m: 0.25,
-            robot: RobotConfig::default(),
-            sonar: SonarConfig::default(),
         }
     }
 }
 
-/// Most runs, since each one's plan is held while it is driven.
-const MOST_RUNS: usize = 10_000;
+/// The corridor with its robot, which has 24 sonars.
+///
+/// # Errors
+/// A usage error where a constant is out of bounds.
+pub fn building(config: &CorridorConfig) -> Result<Building> {
+    let mut world = WorldConfig::parse(WORLD)?;
+    world.camera = None;
+    world.people = None;
+    world.set.clear();
+    world.record = RecordConfig {
+        runs: Some(config.runs),
+        every_m: Some(config.spacing_m),
+        ..RecordConfig::default()
+    };
+    Building::new(&world, None)
+}
 
 /// Drives the corridor several times and records the sonars: a Recording with a route, odometry and one channel.
 ///
 /// ```
 /// use ballmark::{seed::Seed, world::corridor::{CorridorConfig, thrun1998}};
-/// let recording = thrun1998(Seed(1), &CorridorConfig { runs: 2, spacing_m: 1.0, ..Default::default() })?;
+/// let recording = thrun1998(Seed(1), &CorridorConfig { runs: 2, spacing_m: 1.0 })?;
 /// assert_eq!(recording.runs().len(), 2);
 /// assert_eq!(recording.channels()[0].width, 24);
 /// assert!(recording.route_m().unwrap().iter().all(|&at_m| (0.0..=89.0).contains(&at_m)));
@@ -59,99 +60,22 @@ const MOST_RUNS: usize = 10_000;
 /// ```
 ///
 /// # Errors
-/// A usage error where a constant is out of bounds; a work error where the robot is too big for the corridor.
+/// As [`building`].
 pub fn thrun1998(seed: Seed, config: &CorridorConfig) -> Result<Recording> {
-    if !(1..=MOST_RUNS).contains(&config.runs) {
-        return Err(Error::usage(format!(
-            "corridor: `runs` is {}; expected 1 to {MOST_RUNS}",
-            config.runs
-        )));
-    }
-    let plans = (0..config.runs as u64)
-        .map(|run| plan_of_run(seed, run))
-        .collect::<Result<_>>()?;
-    let recording = simulate(
-        seed,
-        plans,
-        &route()?,
-        &config.robot,
-        &config.sonar,
-        config.spacing_m,
-    )?;
-    let source = Some(format!(
-        "simulated corridor after Thrun 1998, seed {}",
-        seed.0
-    ));
-    Recording::new(Columns {
-        source,
-        ..recording.into_columns()
-    })
+    simulate(&building(config)?, seed, &Choice::default())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn config(runs: usize, spacing_m: f64) -> CorridorConfig {
-        CorridorConfig {
-            runs,
-            spacing_m,
-            ..CorridorConfig::default()
-        }
-    }
-
-    /// All that a recording holds, as bits, so that NaN equals NaN.
-    fn bits(recording: &Recording, count: usize) -> Vec<u64> {
-        let c = recording.columns();
-        let width = c.values.ncols();
-        let values = c
-            .values
-            .iter()
-            .take(count * width)
-            .map(|value| u64::from(value.to_bits()));
-        let poses = c
-            .pose
-            .iter()
-            .take(count)
-            .chain(c.odometry.iter().take(count));
-        let numbers = poses.flat_map(|pose| [pose.x_m, pose.y_m, pose.heading_rad]);
-        let rows = c
-            .stamp_s
-            .iter()
-            .take(count)
-            .chain(c.route_m.iter().flatten().take(count))
-            .copied();
-        values
-            .chain(numbers.chain(rows).map(f64::to_bits))
-            .collect()
-    }
-
-    #[test]
-    fn a_run_is_the_same_however_many_runs_and_threads_there_are() {
-        let few = thrun1998(Seed(7), &config(2, 1.0)).unwrap();
-        let many = thrun1998(Seed(7), &config(5, 1.0)).unwrap();
-        assert_eq!(bits(&few, few.len()), bits(&many, few.len()));
-        let with_threads = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| thrun1998(Seed(7), &config(5, 1.0)))
-                .unwrap()
-        };
-        for threads in [1, 3] {
-            assert_eq!(
-                bits(&with_threads(threads), many.len()),
-                bits(&many, many.len())
-            );
-        }
-        let other = thrun1998(Seed(8), &config(2, 1.0)).unwrap();
-        assert_ne!(bits(&other, 10), bits(&few, 10));
-    }
-
     #[test]
     fn one_place_looks_alike_in_two_runs_and_unlike_the_rest() {
-        let recording = thrun1998(Seed(1), &config(4, 0.5)).unwrap();
+        let config = CorridorConfig {
+            runs: 4,
+            spacing_m: 0.5,
+        };
+        let recording = thrun1998(Seed(1), &config).unwrap();
         let (route, values) = (recording.route_m().unwrap(), recording.values());
         let seen = |reading: f32| {
             if reading.is_nan() {
@@ -190,39 +114,31 @@ mod tests {
     }
 
     #[test]
+    fn a_run_is_the_same_however_many_runs_there_are() {
+        let run = |runs, seed| {
+            let config = CorridorConfig {
+                runs,
+                spacing_m: 2.0,
+            };
+            let recording = thrun1998(Seed(seed), &config).unwrap();
+            let first = recording.runs()[0].clone();
+            let values = recording.values().rows().into_iter().take(first.len());
+            values
+                .flat_map(|row| row.iter().map(|v| v.to_bits()).collect::<Vec<_>>())
+                .collect::<Vec<u32>>()
+        };
+        assert_eq!(run(1, 7), run(3, 7));
+        assert_ne!(run(1, 7), run(1, 8));
+    }
+
+    #[test]
     fn calls_that_make_no_sense_are_told() {
-        for (config, expected) in [
-            (config(0, 1.0), "`runs` is 0"),
-            (config(2, 0.0), "`spacing_m` is 0"),
-            (
-                CorridorConfig {
-                    sonar: SonarConfig {
-                        beams: 0,
-                        ..Default::default()
-                    },
-                    ..config(1, 1.0)
-                },
-                "`beams` is 0",
-            ),
-        ] {
-            let error = thrun1998(Seed(1), &config).unwrap_err();
+        for (runs, spacing_m, expected) in [(0, 1.0, "`runs` is 0"), (2, 0.0, "`every_m` is 0")] {
+            let error = thrun1998(Seed(1), &CorridorConfig { runs, spacing_m }).unwrap_err();
             assert!(
                 error.is_usage() && error.to_string().contains(expected),
                 "{error}"
             );
         }
-        let giant = RobotConfig {
-            radius_m: 1.5,
-            ..Default::default()
-        };
-        let error = thrun1998(
-            Seed(1),
-            &CorridorConfig {
-                robot: giant,
-                ..config(1, 1.0)
-            },
-        )
-        .unwrap_err();
-        assert!(error.to_string().contains("starts in a wall"), "{error}");
     }
 }

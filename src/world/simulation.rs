@@ -1,13 +1,10 @@
-//! From a building, or floor plans and a route, to a Recording: drive run after run, and record what the sensors say.
+//! From a building to a Recording: drive run after run, and record what the sensors say.
 
 mod drive;
 
 use super::{
-    Building, Camera, Compass, FloorPlan, Infrared, Laser, RobotConfig, Route, Sonar, SonarConfig,
-    Stop, Surroundings,
-    building::{MOST_SNAPSHOTS, RunSet, Sensors},
-    enclosure::check_enclosed,
-    robot,
+    Building, Camera, Compass, Infrared, Laser, Sonar, Stop, Surroundings,
+    building::{RunSet, Sensors},
 };
 use crate::{
     error::{Error, Result},
@@ -15,7 +12,7 @@ use crate::{
     recording::{Channel, Columns, Recording},
     seed::Seed,
 };
-use drive::{Drive, check_clear, drive_set, each_run, in_run, place};
+use drive::{Drive, drive_set};
 use ndarray::Array2;
 use rayon::prelude::*;
 
@@ -36,7 +33,7 @@ pub struct Choice {
 /// Run r depends on the seed, the building and r only, not on how many threads work.
 ///
 /// ```
-/// use ballmark::{seed::Seed, world::{Building, simulation::{Choice, simulate_building}}};
+/// use ballmark::{seed::Seed, world::{Building, simulation::{Choice, simulate}}};
 /// let hall = Building::from_text(r#"
 ///     name = "hall"
 ///     wall = [{ points = [[0, 0], [9, 0], [9, 4], [0, 4]], closed = true }]
@@ -44,7 +41,7 @@ pub struct Choice {
 ///     path = { corners = [[1, 2], [8, 2]] }
 ///     record = { snapshots = 15, runs = 2 }
 /// "#)?;
-/// let recording = simulate_building(&hall, Seed(1), &Choice::default())?;
+/// let recording = simulate(&hall, Seed(1), &Choice::default())?;
 /// assert_eq!((recording.len(), recording.runs().len()), (15, 2));
 /// # Ok::<(), ballmark::Error>(())
 /// ```
@@ -52,7 +49,7 @@ pub struct Choice {
 /// # Errors
 /// A usage error where the choice names no set, or the sets' sensors differ in their channels; a work error where the
 /// robot could get out, starts in a wall or comes nearer to one than its radius: the message names the run.
-pub fn simulate_building(building: &Building, seed: Seed, choice: &Choice) -> Result<Recording> {
+pub fn simulate(building: &Building, seed: Seed, choice: &Choice) -> Result<Recording> {
     let sets = chosen(building, choice)?;
     let channels = sets[0].1.sensors.channels();
     if channels.is_empty() {
@@ -93,7 +90,7 @@ pub fn simulate_building(building: &Building, seed: Seed, choice: &Choice) -> Re
 /// Number of the first run that a choice picks, for [`Building::plan_of_run`].
 ///
 /// # Errors
-/// As [`simulate_building`] where the choice is wrong.
+/// As [`simulate`] where the choice is wrong.
 pub fn first_run(building: &Building, choice: &Choice) -> Result<u64> {
     Ok(chosen(building, choice)?
         .first()
@@ -162,54 +159,6 @@ impl Sensors {
     }
 }
 
-/// Drives the route once through each plan (one a run: doors and bins differ between them) and records the sonars every
-/// `spacing_m` metres of travel.
-///
-/// Run r depends on the seed, its own plan and r only, not on how many runs there are or how many threads work.
-///
-/// # Errors
-/// Where a constant is out of bounds, the robot could get out of a plan, or comes nearer to a wall than its radius;
-/// the message names the run.
-pub fn simulate(
-    seed: Seed,
-    plans: Vec<FloorPlan>,
-    route: &Route,
-    robot: &RobotConfig,
-    sonar: &SonarConfig,
-    spacing_m: f64,
-) -> Result<Recording> {
-    let sonar = Sonar::new(sonar.clone())?;
-    robot.check()?;
-    let expected = plans.len() as f64 * (route.length_m() / spacing_m + 1.0);
-    if spacing_m > 0.0 && expected > MOST_SNAPSHOTS as f64 {
-        return Err(Error::usage(format!(
-            "simulation: {} runs with a snapshot every {spacing_m} m make {expected:.0}; expected up to {MOST_SNAPSHOTS}",
-            plans.len()
-        )));
-    }
-    let run_s = 2.0 * route.length_m() / robot.speed_m_per_s + PAUSE_S;
-    let sensors = Sensors {
-        sonar: Some(sonar),
-        infrared: None,
-        laser: None,
-        camera: None,
-        compass: None,
-    };
-    let drives = each_run(plans.into_par_iter().enumerate(), |(run, plan)| {
-        let mut started = false;
-        let clear = |pose: &Pose, route_m: f64| {
-            if !std::mem::replace(&mut started, true) {
-                check_enclosed(&plan, &place(pose), robot.radius_m)?;
-            }
-            check_clear(&plan, pose, route_m, robot.radius_m)
-        };
-        let stops = robot::drive(seed, run as u64, route, robot, spacing_m, clear)
-            .map_err(|fault| in_run(fault, run as u64))?;
-        Ok((Drive::alone(run, plan, stops, run as f64 * run_s), &sensors))
-    })?;
-    record(seed, &drives, None)
-}
-
 /// Reads the sensors at every stop.
 fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> Result<Recording> {
     let places: Vec<(usize, usize)> = drives
@@ -269,7 +218,5 @@ fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> R
     })
 }
 
-#[cfg(test)]
-mod building_tests;
 #[cfg(test)]
 mod tests;

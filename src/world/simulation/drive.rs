@@ -39,19 +39,6 @@ pub(super) struct Drive {
 }
 
 impl Drive {
-    /// A run through a plan that nothing else is known of.
-    pub(super) fn alone(run: usize, plan: FloorPlan, stops: Vec<Stop>, start_s: f64) -> Self {
-        Self {
-            run: run as u64,
-            mapping: None,
-            later: (RunScene::of(plan.clone()), Raycaster::new(plan)),
-            people: None,
-            stops,
-            mapped_at: 0,
-            start_s,
-        }
-    }
-
     /// When it ended, on the recording's clock, seconds.
     pub(super) fn end_s(&self) -> f64 {
         self.start_s + self.stops.last().map_or(0.0, |stop| stop.stamp_s)
