@@ -37,7 +37,7 @@ impl Default for CorridorConfig {
 /// A usage error where a constant is out of bounds.
 pub fn building(config: &CorridorConfig) -> Result<Building> {
     let mut world = WorldConfig::parse(WORLD)?;
-    world.camera = None;
+    world.camera = Some(toml::Value::Boolean(false));
     world.people = None;
     world.set.clear();
     world.record = RecordConfig {
@@ -54,7 +54,7 @@ pub fn building(config: &CorridorConfig) -> Result<Building> {
 /// use ballmark::{seed::Seed, world::corridor::{CorridorConfig, thrun1998}};
 /// let recording = thrun1998(Seed(1), &CorridorConfig { runs: 2, spacing_m: 1.0 })?;
 /// assert_eq!(recording.runs().len(), 2);
-/// assert_eq!(recording.channels()[0].width, 24);
+/// assert_eq!((recording.channels().len(), recording.channels()[0].width), (1, 24));
 /// assert!(recording.route_m().unwrap().iter().all(|&at_m| (0.0..=89.0).contains(&at_m)));
 /// # Ok::<(), ballmark::Error>(())
 /// ```
