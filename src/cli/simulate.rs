@@ -116,7 +116,7 @@ fn plan(scene: &RunScene, recording: &Recording) -> Plan {
     let walls = scene.plan.walls().iter();
     let daylit = |wall: &Wall| wall.material.look.daylight.iter().any(|light| *light > 0.0);
     let walls = walls.map(|wall| line(wall, wall.low_m > 0.0 && !daylit(wall)));
-    let fire_doors = scene.fire_doors.iter().map(|door| line(door, true));
+    let fire_doors = scene.fire_doors.iter().map(|door| line(door, false));
     let lamps = scene.lights.iter().map(|lamp| {
         let turn = Rotation2::new(lamp.heading_rad);
         let [length_m, width_m] = lamp.size_m;

@@ -19,6 +19,7 @@ mod cells;
 mod everywhere;
 mod route_windows;
 mod sparse_rows;
+mod take_in;
 
 use super::lanes::{Kernel, Lanes, Real, Vectors};
 use crate::{
@@ -29,11 +30,12 @@ use ndarray::Array1;
 use rayon::prelude::*;
 use std::ops::Range;
 
-use block_sums::{BLOCK, BlockSums, Cut, Cuts, Sums};
+use block_sums::{BlockSums, Cut, Cuts};
 use cells::Cells;
 use everywhere::Everywhere;
 use route_windows::RouteWindows;
 use sparse_rows::SparseRows;
+use take_in::{TakeIn, to_take_in};
 
 /// More places than this in the plane, and a global prior takes them by cells.
 pub const MOST_EXACT_PLACES: usize = 5000;
@@ -111,50 +113,6 @@ impl Answers {
             cuts_of_two: std::array::from_fn(|_| Cut::new()),
         }
     }
-}
-
-/// What can be taken in of rows while they are made, a chunk of [`CHUNK`] places after the other: along a route, the sums
-/// of their blocks.
-pub(super) struct TakeIn<'a, const Q: usize> {
-    x_m: &'a [f64],
-    /// Of this chunk; `None`: the prior wants all rows at once.
-    sums: Option<&'a mut [Sums<Q>]>,
-}
-
-impl<const Q: usize> TakeIn<'_, Q> {
-    /// Takes in a chunk of rows.
-    #[inline(always)]
-    pub(super) fn chunk<T: Real>(&mut self, rows: &Rows<T>, vectors: Vectors) {
-        if let Some(sums) = &mut self.sums {
-            block_sums::fill(rows, self.x_m, sums, vectors);
-        }
-    }
-}
-
-/// One for every chunk of rows that `asking` is going to ask about.
-fn to_take_in<'a, const Q: usize>(
-    x_m: Option<&'a [f64]>,
-    chunks: usize,
-    tiles: usize,
-    blocks: &'a mut BlockSums<Q>,
-) -> Vec<TakeIn<'a, Q>> {
-    const { assert!(CHUNK.is_multiple_of(BLOCK)) };
-    let Some(x_m) = x_m else {
-        let nothing = || TakeIn {
-            x_m: &[],
-            sums: None,
-        };
-        return std::iter::repeat_with(nothing).take(chunks).collect();
-    };
-    let sums = blocks.open(x_m.len(), tiles);
-    let of_chunks = x_m
-        .chunks(CHUNK)
-        .zip(sums.chunks_mut(CHUNK / BLOCK * tiles));
-    let take_in = |(x_m, sums)| TakeIn {
-        x_m,
-        sums: Some(sums),
-    };
-    of_chunks.map(take_in).collect()
 }
 
 impl PriorOperator {

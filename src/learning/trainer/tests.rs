@@ -11,6 +11,7 @@ use crate::{
         split::{SplitConfig, Unit},
     },
 };
+use ndarray::Array2;
 use rand::RngExt;
 
 mod fast;

@@ -241,3 +241,14 @@ fn a_preset_brings_its_robot_and_the_file_has_the_last_word() {
         (12, 0.04)
     );
 }
+
+/// The page that explains the file shows one that runs.
+#[test]
+fn the_example_of_the_page_on_the_format_runs() {
+    let page = include_str!("../../../docs/worlds/format.md");
+    let example = page.split("```").nth(1).unwrap();
+    let world = Building::from_text(example.trim_start_matches("toml")).unwrap();
+    let choice = crate::world::simulation::Choice::default();
+    let recording = crate::world::simulation::simulate(&world, Seed(1), &choice).unwrap();
+    assert_eq!((recording.runs().len(), recording.channels().len()), (2, 3));
+}

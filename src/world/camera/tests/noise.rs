@@ -1,0 +1,223 @@
+//! The noise of the chip, its ends, and constants that make no sense.
+
+use super::*;
+
+#[test]
+fn noise_has_the_stated_variance() {
+    let config = CameraConfig {
+        samples: 1,
+        exposure: 1.0,
+        read_noise: 3.0,
+        full_well: 5000.0,
+        ..CameraConfig::default()
+    };
+    for share in [0.2, 0.7] {
+        let values = exposed(
+            &config,
+            &[[share; 3]; 60 * 64],
+            &mut Seed(2).stream("camera"),
+        );
+        let values: Vec<f64> = values.into_iter().map(f64::from).collect();
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count;
+        // Electronics, electrons (5000 of them are 255 steps), and rounding to whole steps.
+        let expected: f64 = 9.0 + 255.0 * 255.0 * share / 5000.0 + 1.0 / 12.0;
+        // Standard errors of 11,520 values: variance · √(2 / n), and deviation / √n.
+        assert!(
+            (variance / expected - 1.0).abs() < 4.0 * (2.0 / count).sqrt(),
+            "{variance}"
+        );
+        assert!(
+            (mean - 255.0 * share).abs() < 4.0 * (expected / count).sqrt(),
+            "{mean}"
+        );
+    }
+}
+
+#[test]
+fn too_much_light_ends_at_white_and_spills_over() {
+    let mut rays = vec![[0.1; 3]; 60 * 64];
+    rays[30 * 64 + 32] = [50.0; 3];
+    let config = CameraConfig {
+        exposure: 1.0,
+        bloom: 0.1,
+        ..sharp(Direction::Left)
+    };
+    let values = exposed(&config, &rays, &mut Seed(1).stream("camera"));
+    let at = |row: usize, column: usize| values[3 * (row * 64 + column)];
+    assert_eq!(at(30, 32), 255);
+    assert!(at(30, 33) > 27 && at(30, 33) > at(30, 36) && at(27, 32) == at(33, 32));
+    assert_eq!((at(30, 31), at(5, 5)), (at(30, 33), 26));
+}
+
+#[test]
+fn the_same_noise_gives_the_same_picture() {
+    let scene = scene(round(Point2::origin(), 3.0, 24, Material::PLAIN));
+    let caster = Raycaster::new(scene.plan.clone());
+    let camera = Camera::new(CameraConfig::default()).unwrap();
+    let image = |stream| {
+        let mut noise = Seed(1).numbered_stream("camera", stream);
+        camera.render(&scene, &(&caster).into(), &Pose::default(), &mut noise)
+    };
+    assert_eq!(image(0), image(0));
+    assert_ne!(image(0), image(1));
+}
+
+#[test]
+fn bad_constants_get_one_clear_line() {
+    let good = CameraConfig::default;
+    for (config, part) in [
+        (CameraConfig { rows: 0, ..good() }, "`rows` is 0"),
+        (
+            CameraConfig {
+                columns: 100_000,
+                ..good()
+            },
+            "`columns` is 100000",
+        ),
+        (
+            CameraConfig {
+                samples: 0,
+                ..good()
+            },
+            "`samples` is 0",
+        ),
+        (
+            CameraConfig {
+                opening_rad: 3.2,
+                ..good()
+            },
+            "`opening_rad` is 3.2",
+        ),
+        (
+            CameraConfig {
+                height_m: f64::NAN,
+                ..good()
+            },
+            "`height_m` is NaN",
+        ),
+        (
+            CameraConfig {
+                exposure: 0.0,
+                ..good()
+            },
+            "`exposure` is 0",
+        ),
+        (
+            CameraConfig {
+                bloom: 2.0,
+                ..good()
+            },
+            "`bloom` is 2",
+        ),
+        (
+            CameraConfig {
+                read_noise: -1.0,
+                ..good()
+            },
+            "`read_noise` is -1",
+        ),
+        (
+            CameraConfig {
+                full_well: 0.0,
+                ..good()
+            },
+            "`full_well` is 0",
+        ),
+    ] {
+        let told = Camera::new(config).unwrap_err();
+        assert!(told.is_usage() && told.to_string().contains(part), "{told}");
+    }
+    let tall = Camera::new(CameraConfig {
+        height_m: 2.7,
+        ..good()
+    })
+    .unwrap();
+    let told = tall.check_in(&scene(vec![wall([0.0, 1.0], [1.0, 1.0], even(1.0))]));
+    assert!(told.unwrap_err().to_string().contains("2.7"));
+}
+
+/// Views of a small corridor, to be looked at: `BALLMARK_VIEWS=FOLDER cargo test --release views_to_look_at -- --ignored`.
+#[test]
+#[ignore = "writes pictures for people"]
+fn views_to_look_at() {
+    let folder = std::env::var_os("BALLMARK_VIEWS").map_or_else(std::env::temp_dir, Into::into);
+    let coloured = |colour: [f64; 3], contrast: f64, grain_m: f64| Material {
+        look: Look {
+            colour,
+            contrast,
+            grain_m,
+            ..Look::PLAIN
+        },
+        ..Material::PLAIN
+    };
+    let (orange, brown) = (
+        coloured([0.8, 0.42, 0.15], 0.05, 0.1),
+        coloured([0.68, 0.56, 0.4], 0.05, 0.1),
+    );
+    let (wood, steel) = (
+        coloured([0.4, 0.25, 0.13], 0.15, 0.08),
+        coloured([0.5; 3], 0.02, 0.1),
+    );
+    let mut pane = coloured([0.1, 0.1, 0.12], 0.0, 1.0);
+    pane.look.daylight = [2.0, 2.2, 2.5];
+    // Along x, 2.4 m wide: left orange with a door, right brown with a window, a bin; closed at both ends.
+    let mut walls = vec![
+        wall([-6.0, 1.2], [2.0, 1.2], orange),
+        wall([2.0, 1.2], [2.0, 1.32], steel),
+        wall([2.0, 1.32], [2.9, 1.32], wood),
+        wall([2.9, 1.32], [2.9, 1.2], steel),
+        wall([2.9, 1.2], [14.0, 1.2], orange),
+        wall([-6.0, -1.2], [4.0, -1.2], brown),
+        wall([4.0, -1.2], [5.6, -1.2], brown).between(0.0, 0.9),
+        wall([4.0, -1.35], [5.6, -1.35], pane).between(0.0, 2.1),
+        wall([4.0, -1.2], [5.6, -1.2], brown).between(2.1, f64::INFINITY),
+        wall([4.0, -1.2], [4.0, -1.35], brown),
+        wall([5.6, -1.35], [5.6, -1.2], brown),
+        wall([5.6, -1.2], [14.0, -1.2], brown),
+        wall([-6.0, -1.2], [-6.0, 1.2], steel),
+        wall([14.0, -1.2], [14.0, 1.2], steel),
+    ];
+    let bin = round(
+        Point2::new(8.0, 0.98),
+        0.2,
+        12,
+        coloured([0.2, 0.3, 0.5], 0.0, 1.0),
+    );
+    walls.extend(bin.into_iter().map(|wall| wall.between(0.0, 0.7)));
+    let light = |x| Light {
+        at: Point2::new(x, 0.0),
+        size_m: [0.3, 1.2],
+        lit: x < 12.0,
+        ..Light::default()
+    };
+    let scene = RunScene {
+        lights: [-5.0, 0.0, 5.0, 10.0, 12.5].map(light).to_vec(),
+        floor: coloured([0.35, 0.34, 0.33], 0.1, 0.3),
+        ceiling: coloured([0.85; 3], 0.03, 0.6),
+        ..RunScene::of(FloorPlan::new(walls).unwrap())
+    };
+    for (name, look, x, y) in [
+        ("ahead", Direction::Ahead, 0.0, 0.0),
+        ("left-door", Direction::Left, 2.2, -0.4),
+        ("left-bin", Direction::Left, 7.6, -0.6),
+        ("right-window", Direction::Right, 4.5, 0.4),
+        ("right-wall", Direction::Right, 7.5, 0.4),
+        ("up-lamp", Direction::Up, 4.8, 0.0),
+        ("up-wall", Direction::Up, 4.2, 0.7),
+        ("up-dark", Direction::Up, 12.2, 0.0),
+    ] {
+        for (size, factor) in [("small", 1), ("large", 5)] {
+            let config = CameraConfig {
+                look,
+                rows: 60 * factor,
+                columns: 64 * factor,
+                ..CameraConfig::default()
+            };
+            let image = rendered(&config, &scene, &[], &Pose::new(x, y, 0.0));
+            let png = image.to_png().unwrap();
+            std::fs::write(folder.join(format!("{name}-{size}.png")), png).unwrap();
+        }
+    }
+}
