@@ -2,7 +2,7 @@
 
 use super::{Outcome, config::Experiment, print, progress::Progress, train::read_all, warn};
 use crate::{
-    belief::Evidence,
+    belief::{Evidence, Places},
     error::{Error, Result},
     experiment::{
         contenders::{Parts, odometry_is_the_truth},
@@ -68,10 +68,15 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         storage::make_folder(folder)?; // a wrong name fails now, not after the trials
     }
     let model = Model::read(&arguments.model)?;
-    let recording = npz::read(&arguments.dataset)?;
+    // A model that learned in the plane has no use for a route.
+    let as_learned = |recording: Recording| match model.places() {
+        Places::Plane(_) => recording.in_the_plane(),
+        Places::Route(_) => recording,
+    };
+    let recording = as_learned(npz::read(&arguments.dataset)?);
     let trained_on = match arguments.trained_on.as_slice() {
         [] => None,
-        datasets => Some(read_all(datasets)?),
+        datasets => Some(as_learned(read_all(datasets)?)),
     };
     let in_dataset = |e: Error| {
         if e.is_usage() {

@@ -74,7 +74,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     recipe.check()?;
     Model::check_name(&arguments.output)?;
     let device = arguments.device.open()?;
-    let recording = read_all(&arguments.datasets)?;
+    let mut recording = read_all(&arguments.datasets)?;
+    if !recording.goes_one_way() {
+        warn(
+            "note: the array `route` is driven both ways or in laps: places are told apart by their poses in the plane instead",
+        );
+        recording = recording.in_the_plane();
+    }
     let started = Instant::now();
     let learned = learn(
         &recipe,

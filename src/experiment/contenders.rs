@@ -148,21 +148,7 @@ fn refuse_the_familiar(model: &Model, run: &Recording) -> Result<()> {
 
 /// A belief along a route knows no heading, so odometry can only carry it forwards.
 fn refuse_the_way_back(run: &Recording) -> Result<()> {
-    let Some(route) = run.route_m() else {
-        return Ok(());
-    };
-    let (mut forwards, mut backwards) = (0.0, 0.0);
-    for range in run.runs() {
-        for k in range.start + 1..range.end {
-            let step = route[k] - route[k - 1];
-            if step < 0.0 {
-                backwards -= step
-            } else {
-                forwards += step
-            }
-        }
-    }
-    if backwards > 0.1 * (forwards + backwards) {
+    if !run.goes_one_way() {
         return Err(Error::work(
             "array `route`: it is driven backwards, too; a belief along a route knows one direction only: leave `route` \
              out (training and localising then go by the poses in the plane), or localise in runs of one direction",

@@ -8,6 +8,7 @@ pub mod image;
 mod joined;
 pub mod log;
 pub mod npz;
+mod one_way;
 pub mod ranges;
 pub mod split;
 pub mod viewpoint;

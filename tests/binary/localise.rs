@@ -335,13 +335,30 @@ fn learned(place: &Workplace, dataset: &str) {
 }
 
 #[test]
-fn a_route_that_is_driven_both_ways_is_refused() {
+fn a_route_that_is_driven_both_ways_is_taken_by_its_poses() {
     let place = Workplace::new();
     place.write("both.csv", corridor_csv(true, true));
     place
         .ballmark(&["import", "both.csv", "-o", "both.npz"])
         .done();
-    learned(&place, "both.npz");
+    let call = "train both.npz -o m.safetensors --steps 5 --test-fold 3";
+    let answer = place.ballmark(&call.split(' ').collect::<Vec<_>>());
+    let note = "note: the array `route` is driven both ways";
+    assert!(answer.done().stderr.contains(note), "{}", answer.stderr);
+    let trials = ["localise", "m.safetensors", "both.npz", "--trials", "2"];
+    place.ballmark(&trials).done();
+}
+
+/// Filters that know a route as a line can't be asked about the way back.
+#[test]
+fn the_way_back_along_a_known_route_is_refused() {
+    let place = Workplace::new();
+    for (name, both_ways) in [("there", false), ("both", true)] {
+        place.write(&format!("{name}.csv"), corridor_csv(both_ways, true));
+        let (log, dataset) = (format!("{name}.csv"), format!("{name}.npz"));
+        place.ballmark(&["import", &log, "-o", &dataset]).done();
+    }
+    learned(&place, "there.npz");
     place
         .ballmark(&["localise", "m.safetensors", "both.npz"])
         .refused(1, &["both.npz", "`route`", "backwards"]);
