@@ -5,13 +5,11 @@
 //! state (occupied, empty, unknown) is that of the cell on them, where cells outside are unknown. So it is to grids what
 //! their histogram match is to histograms.
 //!
-//! [`SoughtGrid::align`] finds the best of all translations within reach, and with certainty, by a bound: in every column,
-//! no more occupied cells can agree than the lesser of the two grids' numbers of them, whatever the grid is moved up or
-//! down; likewise empty cells, and likewise rows. Only translations whose bound reaches the best agreement found so far are
-//! looked at, 64 cells at a time.
+//! [`SoughtGrid::align`] finds the best of all translations within reach, and with certainty, from coarse to fine: a cell that
+//! agrees under one of 3 × 3 neighbouring translations has a cell of its state under one of them, so counting these bounds
+//! all nine at once. Only nines whose bound reaches the best agreement found so far are looked at one by one.
 
 use super::{
-    histogram::{Histogram, HistogramPair, Padded, Sought, Sums, TRANSLATIONS},
     occupancy::{CELLS, State, States},
     vectors::{Kernel, widest},
 };
@@ -96,31 +94,6 @@ fn climb(start: (i32, i32), reach: i32, overlay: &impl Overlay) -> Alignment {
     }
 }
 
-/// A place's grid, with its histograms.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct StoredGrid {
-    states: States,
-    histograms: HistogramPair,
-    known: i32,
-}
-
-impl From<States> for StoredGrid {
-    fn from(states: States) -> Self {
-        Self {
-            histograms: HistogramPair::of(&states),
-            known: states.known() as i32,
-            states,
-        }
-    }
-}
-
-impl StoredGrid {
-    /// The grid.
-    pub fn states(&self) -> &States {
-        &self.states
-    }
-}
-
 /// A grid to be found on others, each translation within reach of it.
 ///
 /// ```
@@ -132,19 +105,32 @@ impl StoredGrid {
 ///     _ => State::Unknown,
 /// });
 /// let sought = SoughtGrid::new(&door(20), 16);
-/// let found = sought.align(&door(25).into(), 0).unwrap();
+/// let found = sought.align(&door(25), 0).unwrap();
 /// assert_eq!((found.right, found.up), (5, 0));
-/// assert_eq!(sought.align(&door(25).into(), found.agreement), None); // nothing is better than that
+/// assert_eq!(sought.align(&door(25), found.agreement), None); // nothing is better than that
 /// ```
 #[derive(Debug, Clone)]
 pub struct SoughtGrid {
     /// Rows with as many unknown ones below and above them.
-    occupied: [u64; 3 * CELLS],
-    empty: [u64; 3 * CELLS],
-    histograms: Sought,
+    occupied: PaddedRows,
+    empty: PaddedRows,
     reach: i32,
-    /// Known cells that a translation leaves within the grid, row by row from `up = reach` and `right = reach` downwards.
-    kept: Vec<i16>,
+    /// For every [`GROUP`] of movements to the right, from −reach: what the cells may be under one of the group's movements
+    /// to the right and, downwards from that row, up.
+    groups: Vec<Possible>,
+}
+
+type PaddedRows = [u64; 3 * CELLS];
+
+/// Neighbouring translations that are bounded together, in x and in y.
+const GROUP: i32 = 3;
+
+/// Which cells are of a state under one translation of a group at least.
+#[derive(Debug, Clone)]
+struct Possible {
+    occupied: PaddedRows,
+    empty: PaddedRows,
+    unknown: PaddedRows,
 }
 
 impl SoughtGrid {
@@ -156,18 +142,19 @@ impl SoughtGrid {
             rows[CELLS..2 * CELLS].copy_from_slice(plane);
             rows
         };
+        let (occupied, empty) = (padded(&states.occupied), padded(&states.empty));
+        let possible = |right| Possible::new(&occupied, &empty, right);
         Self {
-            occupied: padded(&states.occupied),
-            empty: padded(&states.empty),
-            histograms: Sought::new(&HistogramPair::of(states)),
+            groups: groups(reach).map(possible).collect(),
+            occupied,
+            empty,
             reach,
-            kept: kept(states, reach),
         }
     }
 
     /// The best translation, if it makes more than `least` cells agree. Of several equally good ones, the shortest.
-    pub fn align(&self, stored: &StoredGrid, least: u32) -> Option<Alignment> {
-        struct Align<'a>(&'a SoughtGrid, &'a StoredGrid, u32);
+    pub fn align(&self, stored: &States, least: u32) -> Option<Alignment> {
+        struct Align<'a>(&'a SoughtGrid, &'a States, u32);
         impl Kernel for Align<'_> {
             type Output = Option<Alignment>;
 
@@ -179,123 +166,108 @@ impl SoughtGrid {
         widest(Align(self, stored, least))
     }
 
-    /// No translation makes more cells of `stored` agree than this many.
-    pub fn bound(&self, stored: &StoredGrid) -> u32 {
-        struct Bound<'a>(&'a SoughtGrid, &'a StoredGrid);
-        impl Kernel for Bound<'_> {
-            type Output = u32;
-
-            #[inline(always)]
-            fn run(self) -> u32 {
-                let bounds = bounds(self.0, self.1);
-                bounds[greatest(&bounds)] as u32
-            }
-        }
-        widest(Bound(self, stored))
-    }
-
     /// [`hill_climb`] on bit planes: the same ascent, to the same end.
-    pub fn hill_climb(&self, stored: &StoredGrid, start: (i32, i32)) -> Alignment {
-        struct Climb<'a>(&'a SoughtGrid, &'a StoredGrid, (i32, i32));
+    pub fn hill_climb(&self, stored: &States, start: (i32, i32)) -> Alignment {
+        struct Climb<'a>(&'a SoughtGrid, &'a States, (i32, i32));
         impl Kernel for Climb<'_> {
             type Output = Alignment;
 
             #[inline(always)]
             fn run(self) -> Alignment {
                 let Self(sought, stored, start) = self;
-                climb(start, sought.reach, &Planes(&stored.states, sought))
+                climb(start, sought.reach, &Planes(stored, sought))
             }
         }
         widest(Climb(self, stored, start))
     }
+}
 
-    /// Translation number `index` of `bounds` and `kept`.
+/// First movements of all groups.
+fn groups(reach: i32) -> impl Iterator<Item = i32> + Clone {
+    (-reach..=reach).step_by(GROUP as usize)
+}
+
+impl Possible {
+    /// Under movements of `right` to `right + GROUP − 1`, and upwards of 0 to `GROUP − 1`.
+    fn new(occupied: &PaddedRows, empty: &PaddedRows, right: i32) -> Self {
+        let moved = |row: u64, by: i32| match by {
+            0.. => row << by.min(63),
+            _ => row >> by.abs().min(63),
+        };
+        let mut possible = Self {
+            occupied: [0; 3 * CELLS],
+            empty: [0; 3 * CELLS],
+            unknown: [0; 3 * CELLS],
+        };
+        for by in right..right + GROUP {
+            for row in 0..3 * CELLS {
+                let (o, e) = (moved(occupied[row], by), moved(empty[row], by));
+                for up in 0..GROUP as usize {
+                    if let Some(unknown) = possible.unknown.get_mut(row + up) {
+                        *unknown |= !(o | e);
+                        possible.occupied[row + up] |= o;
+                        possible.empty[row + up] |= e;
+                    }
+                }
+            }
+        }
+        possible
+    }
+
+    /// No translation of the group that starts with `up` makes more cells of `stored` agree.
     #[inline(always)]
-    fn translation(&self, index: usize) -> (i32, i32) {
-        let side = 2 * self.reach + 1;
-        (
-            self.reach - index as i32 % side,
-            self.reach - index as i32 / side,
-        )
+    fn bound(&self, stored: &States, up: i32) -> u32 {
+        let below = (SIDE - up) as usize;
+        let occupied = &self.occupied[below..below + CELLS];
+        let empty = &self.empty[below..below + CELLS];
+        let unknown = &self.unknown[below..below + CELLS];
+        let mut agreeing = 0;
+        for y in 0..CELLS {
+            let (o, e) = (stored.occupied[y], stored.empty[y]);
+            let may = (o & occupied[y]) | (e & empty[y]) | (!(o | e) & unknown[y]);
+            agreeing += u64::from(may.count_ones());
+        }
+        agreeing as u32
     }
 }
 
-/// Bounded search: climbs from the translation of greatest bound, then looks at whatever else may be better.
+/// Coarse to fine: climbs from the group of greatest bound, then looks at whatever else may be better.
 #[inline(always)]
-fn align(sought: &SoughtGrid, stored: &StoredGrid, least: u32) -> Option<Alignment> {
-    let bounds = bounds(sought, stored);
-    let first = greatest(&bounds);
+fn align(sought: &SoughtGrid, stored: &States, least: u32) -> Option<Alignment> {
     // No grid has more cells than that, so nothing is lost and the sum below can't overflow.
     let least = least.min(ALL as u32);
-    if bounds[first] as u32 <= least {
+    let mut bounds = Vec::with_capacity(sought.groups.len() * sought.groups.len());
+    let (mut greatest, mut start) = (0, (0, 0));
+    for up in groups(sought.reach) {
+        for (right, possible) in groups(sought.reach).zip(&sought.groups) {
+            let bound = possible.bound(stored, up);
+            if bound > greatest {
+                (greatest, start) = (bound, (right, up));
+            }
+            bounds.push((bound, right, up));
+        }
+    }
+    if greatest <= least {
         return None;
     }
-    let overlay = Planes(&stored.states, sought);
-    let mut best = climb(sought.translation(first), sought.reach, &overlay);
-    let mut needed = best.agreement.max(least + 1) as i16;
-    for (index, &bound) in bounds.iter().enumerate() {
-        if bound >= needed {
-            let (right, up) = sought.translation(index);
-            let next = overlay.at(right, up);
-            if next.beats(&best) {
-                best = next;
-                needed = needed.max(best.agreement as i16);
+    let overlay = Planes(stored, sought);
+    let mut best = climb(start, sought.reach, &overlay);
+    let mut needed = best.agreement.max(least + 1);
+    for (bound, first_right, first_up) in bounds {
+        if bound < needed {
+            continue;
+        }
+        for up in first_up..=(first_up + GROUP - 1).min(sought.reach) {
+            for right in first_right..=(first_right + GROUP - 1).min(sought.reach) {
+                let next = overlay.at(right, up);
+                if next.beats(&best) {
+                    best = next;
+                    needed = needed.max(best.agreement);
+                }
             }
         }
     }
     (best.agreement > least).then_some(best)
-}
-
-#[inline(always)]
-fn greatest(bounds: &[i16]) -> usize {
-    let mut most = i16::MIN;
-    for &bound in bounds {
-        most = if bound > most { bound } else { most };
-    }
-    bounds.iter().position(|&b| b == most).unwrap_or(0)
-}
-
-/// What no translation can exceed, one after the other. With K the known cells, of the stored grid a and of the sought one
-/// b moved: agreeing = (O∩O) + (E∩E) + (U∩U), and |U∩U| = 4096 − |K_a| − |K_b| + |K_a∩K_b|. The overlaps are bounded by the
-/// histograms; all else is exact.
-#[inline(always)]
-fn bounds(sought: &SoughtGrid, stored: &StoredGrid) -> Vec<i16> {
-    let in_x = overlaps(&stored.histograms.x, &sought.histograms.x);
-    let in_y = overlaps(&stored.histograms.y, &sought.histograms.y);
-    let side = 2 * sought.reach as usize + 1;
-    let from = CELLS - 1 - sought.reach as usize;
-    let unknown = (ALL - stored.known) as i16;
-    let (agreed_x, known_x) = (&in_x.0[from..from + side], &in_x.1[from..from + side]);
-    let mut bounds = vec![0; side * side];
-    for k in 0..side {
-        let (agreed_y, known_y) = (in_y.0[from + k], in_y.1[from + k]);
-        let kept = &sought.kept[k * side..(k + 1) * side];
-        let row = &mut bounds[k * side..(k + 1) * side];
-        for i in 0..side {
-            let agreed = agreed_x[i].min(agreed_y) as i16;
-            let known = known_x[i].min(known_y) as i16;
-            row[i] = unknown - kept[i] + agreed + known;
-        }
-    }
-    bounds
-}
-
-/// For every translation: Σ_j min(O_j, O_j) + min(E_j, E_j), and Σ_j min(K_j, K_j) of the known cells.
-#[inline(always)]
-fn overlaps(stored: &Histogram, sought: &Padded) -> (Sums, Sums) {
-    let (mut agreed, mut known) = ([0; TRANSLATIONS], [0; TRANSLATIONS]);
-    for j in 0..CELLS {
-        let occupied = &sought.0[0][j..j + TRANSLATIONS];
-        let empty = &sought.0[1][j..j + TRANSLATIONS];
-        let (o, e) = (stored.counts[0][j], stored.counts[1][j]);
-        for t in 0..TRANSLATIONS {
-            let both = o.min(occupied[t]) + e.min(empty[t]);
-            let either = (o + e).min(occupied[t] + empty[t]);
-            agreed[t] += u16::from(both);
-            known[t] += u16::from(either);
-        }
-    }
-    (agreed, known)
 }
 
 /// Bit planes, overlaid a row at a time.
@@ -323,29 +295,6 @@ impl Overlay for Planes<'_> {
             agreement: ALL as u32 - differing as u32,
         }
     }
-}
-
-/// Known cells that each translation leaves within the grid, by their number in all rectangles from the lower left corner.
-fn kept(states: &States, reach: i32) -> Vec<i16> {
-    let mut corner = vec![[0i16; CELLS + 1]; CELLS + 1];
-    for y in 0..CELLS {
-        let row = states.occupied[y] | states.empty[y];
-        let mut along = 0;
-        for x in 0..CELLS {
-            along += ((row >> x) & 1) as i16;
-            corner[y + 1][x + 1] = corner[y][x + 1] + along;
-        }
-    }
-    // Of the cells from..to, those that a move keeps within 0..64.
-    let stays = |by: i32| ((-by).max(0) as usize, (SIDE - by.max(0)) as usize);
-    let downwards = || (-reach..=reach).rev();
-    downwards()
-        .flat_map(|up| downwards().map(move |right| (right, up)))
-        .map(|(right, up)| {
-            let ((left, end), (below, top)) = (stays(right), stays(up));
-            corner[top][end] - corner[top][left] - corner[below][end] + corner[below][left]
-        })
-        .collect()
 }
 
 #[cfg(test)]

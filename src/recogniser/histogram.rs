@@ -13,7 +13,7 @@ use super::{
 const KINDS: usize = 3;
 
 /// Translations of one histogram against another: number t moves it by 63 − t elements. At the last, −64, nothing overlaps.
-pub(super) const TRANSLATIONS: usize = 2 * CELLS;
+const TRANSLATIONS: usize = 2 * CELLS;
 
 /// The match of a histogram with itself: every cell of the grid.
 pub const FULL_MATCH: u32 = (CELLS * CELLS) as u32;
@@ -22,7 +22,7 @@ pub const FULL_MATCH: u32 = (CELLS * CELLS) as u32;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Histogram {
     /// `[kind, element]`
-    pub(super) counts: [[u8; CELLS]; KINDS],
+    counts: [[u8; CELLS]; KINDS],
 }
 
 impl Histogram {
@@ -129,7 +129,7 @@ impl HistogramMatch {
 
 /// A histogram among elements of which nothing is known, so that moving it is reading it from elsewhere.
 #[derive(Debug, Clone)]
-pub(super) struct Padded(pub(super) [[u8; CELLS + TRANSLATIONS]; KINDS]);
+struct Padded([[u8; CELLS + TRANSLATIONS]; KINDS]);
 
 impl Padded {
     fn new(histogram: &Histogram) -> Self {
@@ -143,14 +143,14 @@ impl Padded {
 }
 
 /// Sums for every translation.
-pub(super) type Sums = [u16; TRANSLATIONS];
+type Sums = [u16; TRANSLATIONS];
 type Bytes = [u8; TRANSLATIONS];
 
 /// The histograms of a scan, ready to be matched with those of many places.
 #[derive(Debug, Clone)]
 pub struct Sought {
-    pub(super) x: Padded,
-    pub(super) y: Padded,
+    x: Padded,
+    y: Padded,
 }
 
 impl Sought {
