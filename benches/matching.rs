@@ -9,7 +9,7 @@
 use ballmark::{
     recogniser::{
         alignment::{Alignment, SoughtGrid, hill_climb},
-        histogram::{HistogramMatch, HistogramPair, Sought},
+        histogram::{PairMatch, HistogramPair, Sought},
         local_scan::ScanConfig,
         occupancy::{CELLS, State, States},
     },
@@ -39,7 +39,7 @@ fn histograms(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("histograms");
     group.throughput(Throughput::Elements(PLACES as u64));
     let sought = Sought::new(scan);
-    let mut matches = vec![HistogramMatch { x: 0, y: 0 }; PLACES];
+    let mut matches = vec![PairMatch { x: 0, y: 0 }; PLACES];
     group.bench_function("places", |bencher| {
         bencher.iter(|| sought.best_matches(black_box(&places), &mut matches));
     });

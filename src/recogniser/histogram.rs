@@ -113,14 +113,14 @@ impl HistogramPair {
 
 /// How well two places match, each direction under its own best translation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct HistogramMatch {
+pub struct PairMatch {
     /// Match(T_x^S, T_x^i), up to 4096.
     pub x: u32,
     /// Match(T_y^S, T_y^i), up to 4096.
     pub y: u32,
 }
 
-impl HistogramMatch {
+impl PairMatch {
     /// M_i = Match(T_x^S, T_x^i) × Match(T_y^S, T_y^i), up to 4096².
     pub fn product(&self) -> u32 {
         self.x * self.y
@@ -164,15 +164,15 @@ impl Sought {
 
     /// The best match with a place over all translations in x, and in y. The place's histograms stand still, the scan's
     /// move; elements of the place that the scan's no longer reach are compared with unknown cells.
-    pub fn best_match(&self, place: &HistogramPair) -> HistogramMatch {
-        let mut one = [HistogramMatch { x: 0, y: 0 }];
+    pub fn best_match(&self, place: &HistogramPair) -> PairMatch {
+        let mut one = [PairMatch { x: 0, y: 0 }];
         self.best_matches(std::slice::from_ref(place), &mut one);
         one[0]
     }
 
     /// [`Sought::best_match`] with many places, one after the other into `matches`, as far as both reach.
-    pub fn best_matches(&self, places: &[HistogramPair], matches: &mut [HistogramMatch]) {
-        struct All<'a>(&'a Sought, &'a [HistogramPair], &'a mut [HistogramMatch]);
+    pub fn best_matches(&self, places: &[HistogramPair], matches: &mut [PairMatch]) {
+        struct All<'a>(&'a Sought, &'a [HistogramPair], &'a mut [PairMatch]);
         impl Kernel for All<'_> {
             type Output = ();
 

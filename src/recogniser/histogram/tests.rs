@@ -85,8 +85,8 @@ fn a_quarter_turn_of_the_grid_is_one_of_its_histograms() {
 fn many_places_at_once_are_matched_as_one_by_one() {
     let places: Vec<HistogramPair> = (0..9).map(|i| HistogramPair::of(&blotched(i))).collect();
     let sought = Sought::new(&HistogramPair::of(&blotched(50)));
-    let mut told = vec![HistogramMatch { x: 0, y: 0 }; places.len()];
+    let mut told = vec![PairMatch { x: 0, y: 0 }; places.len()];
     sought.best_matches(&places, &mut told);
-    let alone: Vec<HistogramMatch> = places.iter().map(|p| sought.best_match(p)).collect();
+    let alone: Vec<PairMatch> = places.iter().map(|p| sought.best_match(p)).collect();
     assert_eq!(told, alone);
 }

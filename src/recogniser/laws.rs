@@ -1,0 +1,1 @@
+//! What every recogniser of the registry must keep.
