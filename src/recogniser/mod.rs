@@ -7,6 +7,10 @@
 //!
 //! A new recogniser is one file, which implements [`Recogniser`] and [`Learn`], and one line in the registry below.
 
+pub mod art2;
+pub mod ball;
+pub mod growing_cells;
+pub mod nearest;
 mod prototypes;
 pub mod rce;
 pub mod signature;
@@ -90,6 +94,10 @@ macro_rules! members {
     ($then:ident) => {
         $then! {
             Rce, rce, RceConfig, "Restricted Coulomb energy with fixed spheres, as of Kurz (1996).";
+            Art2, art2, Art2Config, "ART2, with reset and search, of Carpenter & Grossberg (1987).";
+            Nearest, nearest, NearestConfig, "Nearest neighbour among patterns 1.5 m apart (D00).";
+            GrowingCells, growing_cells, GrowingCellsConfig, "Growing cell structures of Fritzke (1994).";
+            Ball, ball, BallConfig, "BaLL's learned features, rounded to bits (Thrun 1998).";
         }
     };
 }
@@ -136,6 +144,8 @@ macro_rules! registry {
 
         /// A recogniser that has learned, whichever it is: what a file holds.
         #[derive(Debug, Clone, Serialize, Deserialize)]
+        // There is one of these at a time, not thousands side by side.
+        #[allow(clippy::large_enum_variant)]
         #[serde(tag = "kind", content = "learned", rename_all = "snake_case")]
         pub enum Learned { $(#[doc = $what] $kind($module::$kind),)* }
 
