@@ -2,15 +2,14 @@
 //! loop and beside two limits of the machine; `grids/…` a scan's grid with that of a place, by a plain hill climb from the middle,
 //! by plain hill climbs from every fourth cell, by one on bit planes, and by the bounded search that agrees with the second.
 //!
-//! Limits: `histograms/minima limit` is as many minima of bytes, of numbers that stay in registers or the nearest cache and with
-//! nothing else done with them than to add them up; `histograms/memory limit` reads as many bytes as the places' histograms
-//! have, 64 MiB of them so that they come from memory, told for 1,000 places.
+//! Limits: `histograms/minima limit` takes as many minima of bytes and adds each to a sum, with registers that it never has
+//! to fill; `histograms/memory limit` reads as many bytes as the places' histograms have, here and there from 64 MiB.
 
 use ballmark::{
     recogniser::{
         alignment::{Alignment, SoughtGrid, hill_climb},
-        histogram::{PairMatch, HistogramPair, Sought},
-        local_scan::ScanConfig,
+        histogram::{HistogramPair, PairMatch, Sought},
+        local_scan::{LocalScans, ScanConfig},
         occupancy::{CELLS, State, States},
     },
     recording::npz,
@@ -28,7 +27,8 @@ fn scans() -> Vec<States> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/corridor-small.npz");
     let recording = npz::read(&path).expect("a recording in the repository");
     let config = ScanConfig::default();
-    let grid = |k| config.grid(recording.channels(), &recording.observation(k), false);
+    let scans = LocalScans::new(&config, recording.channels(), false).expect("sonars");
+    let grid = |k| scans.grid(recording.channels(), &recording.observation(k));
     (0..recording.len()).filter_map(grid).collect()
 }
 
@@ -45,7 +45,7 @@ fn histograms(criterion: &mut Criterion) {
     });
     group.bench_function("minima limit", |bencher| {
         // 128 translations, 64 elements, three kinds, two directions.
-        bencher.iter(|| minima(black_box(PLACES * 64 * 3 * 2)));
+        bencher.iter(|| minima(black_box(PLACES * 128 * 64 * 3 * 2 / 512)));
     });
     let bytes = vec![1u64; 64 << 17];
     let mut from = 0;
@@ -80,7 +80,7 @@ fn histograms(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Minima of 128 bytes, so many times, added up in bytes.
+/// So many times 512 bytes' minima, each added to a sum of bytes.
 fn minima(times: usize) -> u64 {
     struct Minima(usize);
     impl macerator::WithSimd for Minima {
@@ -88,14 +88,13 @@ fn minima(times: usize) -> u64 {
 
         #[inline(always)]
         fn with_simd<S: macerator::Simd>(self) -> u64 {
-            let (a, mut b) = (black_box([3u8; 128]), black_box([5u8; 128]));
-            let mut sums = [0u8; 128];
+            let counts = black_box([3u8; 512]);
+            let mut sums = [0u8; 512];
             for i in 0..self.0 {
-                let c = i as u8;
-                for t in 0..128 {
-                    sums[t] = sums[t].wrapping_add(a[t].min(b[t] ^ c));
+                let count = i as u8;
+                for t in 0..512 {
+                    sums[t] = sums[t].wrapping_add(counts[t].min(count));
                 }
-                b[i % 128] = c;
             }
             sums.iter().map(|&s| u64::from(s)).sum()
         }

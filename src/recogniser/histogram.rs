@@ -8,6 +8,7 @@ use super::{
     occupancy::{CELLS, States},
     vectors::{Kernel, widest},
 };
+use serde::{Deserialize, Serialize};
 
 /// Kinds of cells that are counted: occupied, empty, unknown, in this order.
 const KINDS: usize = 3;
@@ -19,7 +20,9 @@ const TRANSLATIONS: usize = 2 * CELLS;
 pub const FULL_MATCH: u32 = (CELLS * CELLS) as u32;
 
 /// O_j, E_j and U_j of the columns or the rows j of a grid. The three of an element add up to 64.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// In a file: the numbers of occupied and of empty cells, a pair an element.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<[u8; 2]>", into = "Vec<[u8; 2]>")]
 pub struct Histogram {
     /// `[kind, element]`
     counts: [[u8; CELLS]; KINDS],
@@ -62,6 +65,32 @@ impl Histogram {
     }
 }
 
+impl From<Histogram> for Vec<[u8; 2]> {
+    fn from(histogram: Histogram) -> Self {
+        let [occupied, empty, _] = histogram.counts;
+        occupied
+            .into_iter()
+            .zip(empty)
+            .map(<[u8; 2]>::from)
+            .collect()
+    }
+}
+
+impl TryFrom<Vec<[u8; 2]>> for Histogram {
+    type Error = String;
+
+    fn try_from(known: Vec<[u8; 2]>) -> Result<Self, String> {
+        let fits = |[o, e]: &[u8; 2]| usize::from(*o) + usize::from(*e) <= CELLS;
+        if known.len() != CELLS || !known.iter().all(fits) {
+            return Err(format!(
+                "an occupancy histogram of {} elements; expected {CELLS} of at most {CELLS} known cells",
+                known.len()
+            ));
+        }
+        Ok(Self::from_fn(|j| known[j].map(u32::from)))
+    }
+}
+
 /// A place's signature: the histogram over columns (x) and the one over rows (y) of its grid.
 ///
 /// ```
@@ -76,7 +105,8 @@ impl Histogram {
 /// assert_eq!((itself.x, itself.y), (FULL_MATCH, FULL_MATCH)); // 4096 each
 /// assert_eq!(itself.product(), 16_777_216);
 /// ```
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct HistogramPair {
     /// Over columns.
     pub x: Histogram,
@@ -142,7 +172,7 @@ impl Padded {
     }
 }
 
-/// Sums for every translation.
+/// Sums for every translation, which of them comes when being nobody's business.
 type Sums = [u16; TRANSLATIONS];
 type Bytes = [u8; TRANSLATIONS];
 
@@ -197,7 +227,7 @@ fn greatest(sums: &Sums) -> u32 {
     best.into()
 }
 
-/// Match of the stored histogram with the sought one under every translation.
+/// Match of the stored histogram with the sought one under every translation, in some order.
 #[inline(always)]
 fn match_sums(stored: &Histogram, sought: &Padded) -> Sums {
     let mut sums = [0; TRANSLATIONS];
@@ -238,10 +268,15 @@ fn add_minima(bytes: &mut Bytes, stored: &Histogram, sought: &Padded, j: usize) 
     }
 }
 
+/// Adds bytes to wider sums, two translations' at a time. Which sum is whose depends on the machine's order of bytes; only
+/// the greatest is asked for.
 #[inline(always)]
 fn widen(sums: &mut Sums, bytes: &Bytes) {
-    for t in 0..TRANSLATIONS {
-        sums[t] += u16::from(bytes[t]);
+    let pairs: [u16; TRANSLATIONS / 2] = bytemuck::cast(*bytes);
+    let (of_low, of_high) = sums.split_at_mut(TRANSLATIONS / 2);
+    for i in 0..TRANSLATIONS / 2 {
+        of_low[i] += pairs[i] & 0xff;
+        of_high[i] += pairs[i] >> 8;
     }
 }
 

@@ -5,11 +5,13 @@
 
 use super::{
     angle_histogram::main_direction,
+    nearest::spaced,
     occupancy::{OccupancyGrid, Reading, ReadingModel, States},
 };
 use crate::{
     error::{Error, Result},
-    recording::{Channel, Observation},
+    geometry::Pose,
+    recording::{Channel, Observation, Recording},
 };
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +19,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScanConfig {
+    /// Turn grids north up by the compass, where the recording learned from has one. Else the walls run along their axes.
+    pub compass: bool,
     /// Opening of a sonar's cone, radians: of channels whose name begins with `sonar`.
     pub sonar_opening_rad: f64,
     /// Opening that a beam of light is given, radians: of all other range channels. Wide enough that neighbouring beams
@@ -30,6 +34,7 @@ impl Default for ScanConfig {
     /// 30° (Moravec & Elfes 1985), and 2° for laser scanners of a beam a degree.
     fn default() -> Self {
         Self {
+            compass: true,
             sonar_opening_rad: 30_f64.to_radians(),
             light_opening_rad: 2_f64.to_radians(),
             reading: ReadingModel::default(),
@@ -67,38 +72,114 @@ impl ScanConfig {
         }
         Ok(())
     }
+}
 
-    /// Is there a channel to make grids of?
+/// How the scans of one robot become grids; settled once on the mapping part and kept with what was learned from it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LocalScans {
+    config: ScanConfig,
+    /// Is north up? Else the walls run along the axes.
+    north_up: bool,
+    /// Names of the channels of ranges.
+    sensors: Vec<String>,
+}
+
+impl LocalScans {
+    /// For these channels, and a compass or none.
     ///
     /// # Errors
     /// Where no channel holds ranges in metres with a bearing each; the message says so.
-    pub fn needs(channels: &[Channel]) -> Result<()> {
-        if channels.iter().any(|channel| bearings(channel).is_some()) {
-            return Ok(());
+    pub fn new(config: &ScanConfig, channels: &[Channel], compass: bool) -> Result<Self> {
+        let ranges = channels
+            .iter()
+            .filter(|channel| bearings(channel).is_some());
+        let sensors: Vec<String> = ranges.map(|channel| channel.name.clone()).collect();
+        if sensors.is_empty() {
+            return Err(Error::work(
+                "occupancy grids: no channel of ranges; expected one with unit `m` and a bearing for each value",
+            ));
         }
-        Err(Error::work(
-            "occupancy grids: no channel of ranges; expected one with unit `m` and a bearing for each value",
-        ))
+        Ok(Self {
+            config: *config,
+            north_up: config.compass && compass,
+            sensors,
+        })
     }
 
-    /// The grid of a snapshot. With `north_up` it needs a compass; else the walls run along its axes. `None` where nothing
-    /// came back within the grid's reach, or the compass is lacking.
-    pub fn grid(
-        &self,
-        channels: &[Channel],
-        observation: &Observation,
-        north_up: bool,
-    ) -> Option<States> {
+    /// Are the channels there that this was made for?
+    ///
+    /// # Errors
+    /// Where one is missing, or holds no ranges with bearings; the message names it.
+    pub fn check_channels(&self, channels: &[Channel]) -> Result<()> {
+        let there = |name: &&String| {
+            let mut ranges = channels
+                .iter()
+                .filter(|channel| bearings(channel).is_some());
+            ranges.any(|channel| channel.name == **name)
+        };
+        match self.sensors.iter().find(|name| !there(name)) {
+            None => Ok(()),
+            Some(name) => Err(Error::work(format!(
+                "occupancy grids: expected a channel `{}` with unit `m` and a bearing for each value",
+                name.escape_debug()
+            ))),
+        }
+    }
+
+    /// Checks what may have come from a file.
+    ///
+    /// # Errors
+    /// Where a constant is out of bounds, or there is no sensor.
+    pub fn check(&self) -> Result<()> {
+        self.config.check()?;
+        match self.sensors.is_empty() {
+            false => Ok(()),
+            true => Err(Error::work("scan: no sensor; expected at least one")),
+        }
+    }
+
+    /// The grid of a snapshot. `None` where nothing came back within the grid's reach, or a channel or the compass is
+    /// lacking.
+    pub fn grid(&self, channels: &[Channel], observation: &Observation) -> Option<States> {
+        self.check_channels(channels).ok()?;
         let mut readings = self.readings(channels, observation);
-        let turn_rad = match north_up {
+        let turn_rad = match self.north_up {
             true => observation.compass_rad.filter(|rad| rad.is_finite())?,
             false => -main_direction(&readings).unwrap_or(0.0),
         };
         for reading in &mut readings {
             reading.bearing_rad += turn_rad;
         }
-        let states = OccupancyGrid::of(&readings, &self.reading).states();
+        let states = OccupancyGrid::of(&readings, &self.config.reading).states();
         (states.known() > 0).then_some(states)
+    }
+
+    /// The same grid as a robot sees it that faces each way that may be meant: one where north is up, else all four.
+    pub fn turns(&self, states: States) -> impl Iterator<Item = States> {
+        let turns = std::iter::successors(Some(states), |states| Some(states.quarter_turn()));
+        turns.take(self.ways())
+    }
+
+    /// Number of [`LocalScans::turns`].
+    pub fn ways(&self) -> usize {
+        if self.north_up { 1 } else { 4 }
+    }
+
+    /// Places: snapshots, of some of a recording's, that lie `spacing_m` or more from one another. Each with its pose and its
+    /// grid, of which nothing is known where nothing came back.
+    pub fn places(
+        &self,
+        recording: &Recording,
+        snapshots: &[usize],
+        spacing_m: f64,
+    ) -> Vec<(Pose, States)> {
+        let place = |k: usize| {
+            let grid = self.grid(recording.channels(), &recording.observation(k));
+            (recording.poses()[k], grid.unwrap_or(States::UNKNOWN))
+        };
+        let spaced = spaced(recording.poses(), snapshots, spacing_m);
+        spaced.into_iter().map(place).collect()
     }
 
     /// All readings that came back, in the robot's frame.
@@ -107,13 +188,14 @@ impl ScanConfig {
         let mut values = observation.values.iter();
         for channel in channels {
             let of_channel = values.by_ref().take(channel.width);
-            let Some(bearing_rad) = bearings(channel) else {
+            let wanted = self.sensors.contains(&channel.name);
+            let Some(bearing_rad) = bearings(channel).filter(|_| wanted) else {
                 of_channel.for_each(drop);
                 continue;
             };
             let opening_rad = match channel.name.starts_with("sonar") {
-                true => self.sonar_opening_rad,
-                false => self.light_opening_rad,
+                true => self.config.sonar_opening_rad,
+                false => self.config.light_opening_rad,
             };
             let no_return_m = channel.maximum.unwrap_or(f64::INFINITY);
             let heard = of_channel
@@ -132,6 +214,19 @@ impl ScanConfig {
     }
 }
 
+/// Checks the distance between places.
+///
+/// # Errors
+/// A usage error where it is no positive number; `name` is the recogniser's.
+pub(super) fn check_spacing(name: &str, spacing_m: f64) -> Result<()> {
+    match spacing_m.is_finite() && spacing_m > 0.0 {
+        true => Ok(()),
+        false => Err(Error::usage(format!(
+            "{name}.spacing_m = {spacing_m}: expected a positive number of metres"
+        ))),
+    }
+}
+
 /// The bearings of a channel of ranges.
 fn bearings(channel: &Channel) -> Option<&[f64]> {
     channel
@@ -141,115 +236,4 @@ fn bearings(channel: &Channel) -> Option<&[f64]> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{geometry::Pose, recogniser::occupancy::State};
-    use ndarray::Array1;
-    use std::f64::consts::{FRAC_PI_2, TAU};
-
-    const BEAMS: usize = 180;
-
-    fn channels() -> Vec<Channel> {
-        let camera = Channel {
-            name: "camera".into(),
-            width: 2,
-            unit: "grey".into(),
-            bearing_rad: None,
-            maximum: None,
-        };
-        let laser = Channel {
-            name: "laser".into(),
-            width: BEAMS,
-            unit: "m".into(),
-            bearing_rad: Some((0..BEAMS).map(|i| TAU * i as f64 / BEAMS as f64).collect()),
-            maximum: Some(8.0),
-        };
-        vec![camera, laser]
-    }
-
-    /// A room from −2 to 3 m by −1 to 2 m, from the origin.
-    fn room(heading_rad: f64) -> Array1<f32> {
-        let ranges = (0..BEAMS).map(|i| {
-            let (sin, cos) = (TAU * i as f64 / BEAMS as f64 + heading_rad).sin_cos();
-            let in_x = if cos > 0.0 { 3.0 / cos } else { -2.0 / cos };
-            let in_y = if sin > 0.0 { 2.0 / sin } else { -1.0 / sin };
-            in_x.min(in_y) as f32
-        });
-        [7.0, 9.0].into_iter().chain(ranges).collect()
-    }
-
-    fn seen(values: &Array1<f32>, compass_rad: Option<f64>) -> Observation<'_> {
-        Observation {
-            stamp_s: 0.0,
-            values: values.view(),
-            odometry: Pose::default(),
-            compass_rad,
-        }
-    }
-
-    fn agreeing(a: &States, b: &States) -> usize {
-        let cells = (0..64).flat_map(|x| (0..64).map(move |y| (x, y)));
-        cells.filter(|&(x, y)| a.at(x, y) == b.at(x, y)).count()
-    }
-
-    #[test]
-    fn with_a_compass_the_heading_does_not_matter() {
-        let (config, channels) = (ScanConfig::default(), channels());
-        let of = |heading_rad: f64| {
-            let values = room(heading_rad);
-            let observation = seen(&values, Some(heading_rad));
-            config.grid(&channels, &observation, true).unwrap()
-        };
-        let ahead = of(0.0);
-        assert_eq!(ahead.at(32 + 10, 32), State::Empty);
-        assert_eq!(ahead.at(32 + 19, 33), State::Occupied); // 2.925 m of 3
-        assert_eq!(ahead.at(32 + 25, 32), State::Unknown);
-        for heading_rad in [0.4, 1.7, -2.9] {
-            let same = agreeing(&ahead, &of(heading_rad));
-            assert!(same > 4000, "{heading_rad}: {same}");
-        }
-        let values = room(0.0);
-        assert_eq!(config.grid(&channels, &seen(&values, None), true), None);
-    }
-
-    #[test]
-    fn without_one_it_matters_by_quarter_turns_only() {
-        let (config, channels) = (ScanConfig::default(), channels());
-        let of = |heading_rad: f64| {
-            let values = room(heading_rad);
-            config.grid(&channels, &seen(&values, None), false).unwrap()
-        };
-        let ahead = of(0.0);
-        for heading_rad in [0.4, 1.2, FRAC_PI_2 + 0.1, -2.9] {
-            let turned = of(heading_rad);
-            let turns = std::iter::successors(Some(turned), |t| Some(t.quarter_turn()));
-            let same = turns.take(4).map(|t| agreeing(&ahead, &t)).max().unwrap();
-            assert!(same > 3950, "{heading_rad}: {same}");
-        }
-    }
-
-    #[test]
-    fn nothing_heard_is_no_grid_and_no_ranges_are_told() {
-        let (config, channels) = (ScanConfig::default(), channels());
-        for silence in [f32::NAN, 8.0, f32::INFINITY, -1.0] {
-            let values = Array1::from_elem(BEAMS + 2, silence);
-            let observation = seen(&values, Some(0.0));
-            assert_eq!(
-                config.grid(&channels, &observation, true),
-                None,
-                "{silence}"
-            );
-        }
-        let short = Array1::from_elem(1, 2.0);
-        assert_eq!(config.grid(&channels, &seen(&short, None), false), None);
-        assert!(ScanConfig::needs(&channels).is_ok());
-        let error = ScanConfig::needs(&channels[..1]).unwrap_err().to_string();
-        assert!(error.contains("unit `m`"), "{error}");
-        let flat = ScanConfig {
-            light_opening_rad: 0.0,
-            ..config
-        };
-        let error = flat.check().unwrap_err();
-        assert!(error.is_usage() && error.to_string().contains("`light_opening_rad` is 0"));
-    }
-}
+mod tests;

@@ -9,8 +9,14 @@
 
 pub mod alignment;
 pub mod angle_histogram;
+pub mod art2;
+pub mod ball;
+pub mod grid_match;
+pub mod growing_cells;
 pub mod histogram;
+pub mod histogram_match;
 pub mod local_scan;
+pub mod nearest;
 pub mod occupancy;
 mod prototypes;
 pub mod rce;
@@ -95,7 +101,13 @@ pub trait Learn: Recogniser + Serialize + DeserializeOwned {
 macro_rules! members {
     ($then:ident) => {
         $then! {
+            GridMatch, grid_match, GridMatchConfig, "Matching of local occupancy grids, as of Yamauchi & Langley (1997).";
+            HistogramMatch, histogram_match, HistogramMatchConfig, "Matching of their histograms, Duckett & Nehmzow's (2000) own.";
             Rce, rce, RceConfig, "Restricted Coulomb energy with fixed spheres, as of Kurz (1996).";
+            Art2, art2, Art2Config, "ART2, with reset and search, of Carpenter & Grossberg (1987).";
+            Nearest, nearest, NearestConfig, "Nearest neighbour among patterns 1.5 m apart (D00).";
+            GrowingCells, growing_cells, GrowingCellsConfig, "Growing cell structures of Fritzke (1994).";
+            Ball, ball, BallConfig, "BaLL's learned features, rounded to bits (Thrun 1998).";
         }
     };
 }
@@ -142,6 +154,8 @@ macro_rules! registry {
 
         /// A recogniser that has learned, whichever it is: what a file holds.
         #[derive(Debug, Clone, Serialize, Deserialize)]
+        // There is one of these at a time, not thousands side by side.
+        #[allow(clippy::large_enum_variant)]
         #[serde(tag = "kind", content = "learned", rename_all = "snake_case")]
         pub enum Learned { $(#[doc = $what] $kind($module::$kind),)* }
 

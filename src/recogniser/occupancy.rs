@@ -56,7 +56,10 @@ pub enum State {
 }
 
 /// The states of 64 × 64 cells, the robot in their middle: x to the right, y upwards, a bit a cell in each of two planes.
-#[derive(Debug, Clone, PartialEq, Eq)]
+///
+/// In a file: the two planes' rows, a pair of 64-bit numbers a row.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<[u64; 2]>", into = "Vec<[u64; 2]>")]
 pub struct States {
     /// Row y from below; bit x of it from the left.
     pub(super) occupied: [u64; CELLS],
@@ -108,6 +111,31 @@ impl States {
     /// The same surroundings seen by a robot whose frame is turned a quarter clockwise: what was to the right is above.
     pub fn quarter_turn(&self) -> Self {
         Self::from_fn(|x, y| self.at(y, CELLS - 1 - x))
+    }
+}
+
+impl From<States> for Vec<[u64; 2]> {
+    fn from(states: States) -> Self {
+        let planes = states.occupied.into_iter().zip(states.empty);
+        planes.map(<[u64; 2]>::from).collect()
+    }
+}
+
+impl TryFrom<Vec<[u64; 2]>> for States {
+    type Error = String;
+
+    fn try_from(rows: Vec<[u64; 2]>) -> Result<Self, String> {
+        if rows.len() != CELLS || rows.iter().any(|[o, e]| o & e != 0) {
+            return Err(format!(
+                "an occupancy grid of {} rows; expected {CELLS}, no cell of them both occupied and empty",
+                rows.len()
+            ));
+        }
+        let mut states = Self::UNKNOWN;
+        for (y, [occupied, empty]) in rows.into_iter().enumerate() {
+            (states.occupied[y], states.empty[y]) = (occupied, empty);
+        }
+        Ok(states)
     }
 }
 

@@ -133,14 +133,14 @@ impl Prototypes {
     pub fn check(&self) -> Result<()> {
         self.layout.check()?;
         let width = self.layout.width();
-        if self.values.is_empty() || self.values.len() % width != 0 {
+        if self.values.is_empty() || !self.values.len().is_multiple_of(width) {
             return Err(Error::work(format!(
                 "{} values of stored signatures; expected a multiple of {width}, at least one signature",
                 self.values.len()
             )));
         }
         // Parts of unit vectors; anything greater is damage, and could make a product infinite.
-        match self.values.iter().find(|v| !(v.abs() <= 1.0001)) {
+        match self.values.iter().find(|v| v.is_nan() || v.abs() > 1.0001) {
             Some(v) => Err(Error::work(format!(
                 "a value of {v} in a stored signature; expected −1 to 1"
             ))),

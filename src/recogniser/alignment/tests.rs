@@ -1,6 +1,9 @@
 use super::*;
 use crate::{
-    recogniser::{local_scan::ScanConfig, occupancy::tests::blotched},
+    recogniser::{
+        local_scan::{LocalScans, ScanConfig},
+        occupancy::tests::blotched,
+    },
     recording::{Recording, npz},
 };
 
@@ -44,10 +47,11 @@ fn scans(count: usize) -> Vec<States> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/corridor-small.npz");
     let recording: Recording = npz::read(path.as_ref()).unwrap();
     let config = ScanConfig::default();
+    let scans = LocalScans::new(&config, recording.channels(), false).unwrap();
     let every = recording.len() / count;
     let of = |i: usize| {
         let observation = recording.observation(i * every);
-        config.grid(recording.channels(), &observation, false)
+        scans.grid(recording.channels(), &observation)
     };
     (0..count).filter_map(of).collect()
 }

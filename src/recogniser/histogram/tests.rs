@@ -66,6 +66,21 @@ fn a_moved_scan_is_found_again_but_for_what_left_the_grid() {
     for by in [-20, -3, 0, 17, 33] {
         assert_eq!(Sought::new(&at(by)).best_match(&pair).x, FULL_MATCH, "{by}");
     }
+    // From one edge to the other, as far as anything still overlaps.
+    let edge = |at: usize| {
+        let states = States::from_fn(|x, y| match x == at && y == at {
+            true => State::Occupied,
+            false => State::Unknown,
+        });
+        HistogramPair::of(&states)
+    };
+    for (stored, sought) in [(edge(0), edge(63)), (edge(63), edge(0))] {
+        assert_eq!(stored.x.match_with(&sought.x), FULL_MATCH - 2);
+        assert_eq!(
+            Sought::new(&sought).best_match(&stored).product(),
+            16_777_216
+        );
+    }
     // Pushed out by 40: the wall and six more columns are lost; they were known and are unknown now.
     let lost = Sought::new(&at(40)).best_match(&pair);
     assert_eq!(lost.x, FULL_MATCH - 7 * 64);
