@@ -1,6 +1,7 @@
 //! What matching two places costs: `histograms/places` a scan's pair of histograms with those of 1,000 places, beside a plain
 //! loop and beside two limits of the machine; `grids/…` a scan's grid with that of a place, by a plain hill climb from the middle,
-//! by plain hill climbs from every fourth cell, by one on bit planes, and by the bounded search that agrees with the second.
+//! by plain hill climbs from every fourth cell, by one on bit planes, and by the bounded search that agrees with the second;
+//! `grids/best of all places` is the bounded search as a recogniser does it, where a place must beat those before it.
 //!
 //! Limits: `histograms/minima limit` takes as many minima of bytes and adds each to a sum, with registers that it never has
 //! to fill; `histograms/memory limit` reads as many bytes as the places' histograms have, here and there from 64 MiB.
@@ -135,6 +136,12 @@ fn grids(criterion: &mut Criterion) {
                 best = scan.align(place, best).map_or(best, |a| a.agreement);
             }
             best
+        });
+    });
+    group.bench_function("made ready", |bencher| {
+        bencher.iter(|| {
+            let all = black_box(&scans).iter();
+            all.map(|scan| SoughtGrid::new(scan, REACH)).last()
         });
     });
     group.bench_function("hill climb on bit planes", |bencher| {
