@@ -30,14 +30,13 @@ pub struct Histogram {
 
 impl Histogram {
     fn from_fn(count: impl Fn(usize) -> [u32; 2]) -> Self {
-        let mut counts = [[0; CELLS]; KINDS];
-        for j in 0..CELLS {
-            // At most 64, so the casts lose nothing.
-            let [occupied, empty] = count(j).map(|n| n as u8);
-            counts[0][j] = occupied;
-            counts[1][j] = empty;
-            counts[2][j] = CELLS as u8 - occupied - empty;
-        }
+        // At most 64, so the casts lose nothing.
+        let known: [[u8; 2]; CELLS] = std::array::from_fn(|j| count(j).map(|n| n as u8));
+        let counts = [
+            known.map(|[occupied, _]| occupied),
+            known.map(|[_, empty]| empty),
+            known.map(|[occupied, empty]| CELLS as u8 - occupied - empty),
+        ];
         Self { counts }
     }
 
