@@ -148,7 +148,11 @@ fn a_subset_of_a_pattern_is_of_another_kind() {
         [1.0, 1.0, 1.0, 1.0, 0.0, 0.0],
     );
     for order in [[&subset[..], &whole], [&whole, &subset]] {
-        let network = learned(&Art2Config::default(), &order);
+        let config = Art2Config {
+            vigilance: 0.95,
+            ..Art2Config::default()
+        };
+        let network = learned(&config, &order);
         assert_eq!(network.units.len(), 2);
         assert_ne!(class(&network, &subset), class(&network, &whole));
     }
