@@ -66,7 +66,7 @@ impl Default for Art2Config {
             c: 0.1,
             d: 0.9,
             threshold: 1.0,
-            vigilance: 0.95,
+            vigilance: 0.93,
             uncommitted: 0.0,
             learning: 0.1,
             presentations: 1,

@@ -161,3 +161,6 @@ impl Recogniser for GridMatch {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

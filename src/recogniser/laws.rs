@@ -2,6 +2,7 @@
 
 use super::{
     ball::{Ball, BallConfig},
+    growing_cells::GrowingCellsConfig,
     *,
 };
 use crate::{
@@ -331,4 +332,61 @@ fn an_unknown_name_is_answered_with_all_that_there_are() {
         Kind::ALL.iter().all(|kind| error.contains(kind.name())),
         "{error}"
     );
+}
+
+#[test]
+fn constants_that_make_no_sense_are_named() {
+    for (config, key) in [
+        ("kind = 'rce'\nradius = 2.5", "rce.radius = 2.5"),
+        ("kind = 'rce'\nradius = nan", "rce.radius"),
+        ("kind = 'nearest'\nspacing_m = 0.0", "nearest.spacing_m"),
+        ("kind = 'nearest'\nspacing_m = inf", "nearest.spacing_m"),
+        ("kind = 'art2'\nd = 0.95", "art2.c"),
+        ("kind = 'growing_cells'\nbest = 1.5", "growing_cells.best"),
+        (
+            "kind = 'growing_cells'\nneighbour = -0.1",
+            "growing_cells.neighbour",
+        ),
+        ("kind = 'growing_cells'\ndecay = nan", "growing_cells.decay"),
+        (
+            "kind = 'growing_cells'\nremoval = -1.0",
+            "growing_cells.removal",
+        ),
+        (
+            "kind = 'growing_cells'\ninterval = 0",
+            "growing_cells.interval = 0",
+        ),
+        (
+            "kind = 'growing_cells'\ncells = 2",
+            "growing_cells.cells = 2",
+        ),
+        ("kind = 'ball'\nmodel = ''", "ball.model"),
+        (
+            "kind = 'ball'\nmodel = 'm'\nmost_patterns = 0",
+            "ball.most_patterns",
+        ),
+    ] {
+        let config: Config = toml::from_str(config).unwrap();
+        let error = learn(&config, &room(), &first_lap(), Seed(0)).unwrap_err();
+        assert!(
+            error.is_usage() && error.to_string().starts_with(key),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_net_has_the_cells_asked_for_and_needs_three_snapshots() {
+    let room = room();
+    for cells in [3, 17, 40] {
+        let config = GrowingCellsConfig {
+            cells,
+            ..Default::default()
+        };
+        let net = learn(&Config::GrowingCells(config), &room, &first_lap(), Seed(0)).unwrap();
+        assert_eq!(net.as_recogniser().responses(), cells);
+    }
+    let config = Kind::GrowingCells.default_config();
+    let error = learn(&config, &room, &[0, 1], Seed(0)).unwrap_err();
+    assert!(error.to_string().contains("2 snapshots"), "{error}");
 }

@@ -49,7 +49,7 @@ impl ScanConfig {
     /// A usage error that names the first one out of bounds.
     pub fn check(&self) -> Result<()> {
         let wrong = |key: &str, value: f64, expected: &str| {
-            let told = format!("scan: `{key}` is {value}; expected {expected}");
+            let told = format!("scan.{key} = {value}: expected {expected}");
             Err(Error::usage(told))
         };
         for (key, opening) in [

@@ -8,7 +8,7 @@ use crate::{
     error::{Error, Result},
     recording::{Channel, Observation, Recording},
 };
-use ndarray::{Array2, ArrayView2, Axis, linalg::general_mat_mul};
+use ndarray::{ArrayView2, ArrayViewMut2, linalg::general_mat_mul};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ pub(super) struct Prototypes {
     values: Vec<f32>,
 }
 
-/// Snapshots and patterns in a product of the two: it stays in a core's cache with both its factors.
+/// Snapshots and patterns in one product: it stays in a core's cache together with both its factors.
 const SNAPSHOTS: usize = 64;
 const PATTERNS: usize = 512;
 
@@ -87,29 +87,35 @@ impl Prototypes {
         blocks.concat()
     }
 
-    /// The answers to signatures that stand row by row, at most a block of them.
+    /// The answers to signatures that stand row by row, at most [`SNAPSHOTS`] of them.
     fn most_like_each(&self, signatures: &[f32]) -> Vec<Option<Response>> {
         let width = self.layout.width().max(1);
-        let (rows, patterns) = (signatures.len() / width, self.len());
-        let matrix = |values, rows| {
-            // Lengths are products of rows and width by construction; an empty answer is no fault of the caller's.
-            ArrayView2::from_shape((rows, width), values).unwrap_or(ArrayView2::from(&[[]; 0]))
-        };
-        let (scans, stored) = (matrix(signatures, rows), matrix(&self.values, patterns));
-        let mut products = Array2::zeros((rows, patterns));
-        for from in (0..patterns).step_by(PATTERNS) {
-            let block = from..patterns.min(from + PATTERNS);
-            let mut products = products.slice_axis_mut(Axis(1), block.clone().into());
-            let stored = stored.slice_axis(Axis(0), block.into());
-            general_mat_mul(1.0, &scans, &stored.t(), 0.0, &mut products);
-        }
+        let rows = signatures.len() / width;
         // Two orders of one sum of products of unit vectors differ by less than this, twice the bound of a rounded sum.
         let doubt = 4.0 * (width * self.layout.channels()) as f32 * f32::EPSILON;
-        let of_row = |(scan, products): (&[f32], ndarray::ArrayView1<f32>)| {
-            let most = products.fold(f32::NEG_INFINITY, |most: f32, &p| most.max(p));
-            // So the pattern that the plain loop would choose is one of these, and it decides among them.
-            let candidates = (0..patterns).filter(|&class| products[class] >= most - doubt);
-            let exact = candidates.map(|class| {
+        let mut most = vec![f32::NEG_INFINITY; rows];
+        // Patterns, and their products, that were within doubt of the most so far.
+        let mut candidates: Vec<Vec<(usize, f32)>> = vec![Vec::new(); rows];
+        let mut products = vec![0.0; rows * PATTERNS];
+        for (block, patterns) in self.values.chunks(PATTERNS * width).enumerate() {
+            let stored = patterns.len() / width;
+            let products = &mut products[..rows * stored];
+            multiply(signatures, patterns, width, products);
+            for (row, products) in products.chunks_exact(stored).enumerate() {
+                let highest = largest(products);
+                if highest < most[row] - doubt {
+                    continue;
+                }
+                most[row] = most[row].max(highest);
+                let numbered = products.iter().enumerate();
+                let near = numbered.filter(|(_, p)| **p >= most[row] - doubt);
+                candidates[row].extend(near.map(|(i, p)| (block * PATTERNS + i, *p)));
+            }
+        }
+        let of_row = |(row, scan): (usize, &[f32])| {
+            // The pattern that the plain loop would choose is one of these, and its sum decides among them.
+            let near = candidates[row].iter().filter(|c| c.1 >= most[row] - doubt);
+            let exact = near.map(|&(class, _)| {
                 let pattern = &self.values[class * width..][..width];
                 (class, dot(pattern, scan))
             });
@@ -118,7 +124,7 @@ impl Prototypes {
         };
         signatures
             .chunks_exact(width)
-            .zip(products.rows())
+            .enumerate()
             .map(of_row)
             .collect()
     }
@@ -149,6 +155,35 @@ impl Prototypes {
     }
 }
 
+/// All dot products of rows of two matrices of that width, `[row of a, row of b]`.
+fn multiply(a: &[f32], b: &[f32], width: usize, products: &mut [f32]) {
+    let rows = |values: &[f32]| values.len() / width;
+    let shape = (rows(a), rows(b));
+    let a = ArrayView2::from_shape((shape.0, width), a);
+    let b = ArrayView2::from_shape((shape.1, width), b);
+    let products = ArrayViewMut2::from_shape(shape, products);
+    // All three are cut to whole rows of that width by the callers.
+    if let (Ok(a), Ok(b), Ok(mut products)) = (a, b, products) {
+        general_mat_mul(1.0, &a, &b.t(), 0.0, &mut products);
+    }
+}
+
+/// Eight maxima side by side: in one chain each would wait for the last.
+fn largest(values: &[f32]) -> f32 {
+    let greater = |a: f32, b: f32| if b > a { b } else { a };
+    let mut most = [f32::NEG_INFINITY; 8];
+    let chunks = values.chunks_exact(8);
+    let rest = chunks.remainder().iter().copied();
+    for chunk in chunks {
+        for (most, value) in most.iter_mut().zip(chunk) {
+            *most = greater(*most, *value);
+        }
+    }
+    most.into_iter()
+        .chain(rest)
+        .fold(f32::NEG_INFINITY, greater)
+}
+
 /// Eight sums side by side, which a vector unit adds at once, in an order that is always the same.
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     let mut sums = [0.0; 8];
@@ -162,3 +197,6 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
     }
     sums.iter().sum::<f32>() + rest
 }
+
+#[cfg(test)]
+mod tests;

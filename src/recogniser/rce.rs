@@ -27,7 +27,7 @@ impl Default for RceConfig {
     fn default() -> Self {
         Self {
             signature: SignatureConfig::default(),
-            radius: 0.5,
+            radius: 0.6,
         }
     }
 }

@@ -115,5 +115,5 @@ fn nothing_heard_is_no_grid_and_missing_sensors_are_told() {
         ..ScanConfig::default()
     };
     let error = flat.check().unwrap_err();
-    assert!(error.is_usage() && error.to_string().contains("`light_opening_rad` is 0"));
+    assert!(error.is_usage() && error.to_string().contains("scan.light_opening_rad = 0"));
 }
