@@ -3,7 +3,8 @@
 //! Koenig & Simmons, *Passive distance learning for robot navigation* (1996), as the baseline that Thrun (1998), 5.1.2 and
 //! 5.3, gives his first two data sets. How they found their doors is not told. Ours go by three things: a door is set back in
 //! its frame, or open, so that the wall beside the robot is farther away than walls are; and to a camera that looks there it
-//! is darker than its surroundings, and grained. All of it from sensor values, none from a plan.
+//! is darker than its surroundings, and grained. All of it from sensor values, none from a plan. Ranges tell how far apart the
+//! walls are and not which of them gave way, so without a camera a door on the other side counts too.
 
 use super::{
     Detector,

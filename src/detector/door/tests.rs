@@ -124,6 +124,11 @@ fn each_side_is_looked_at_for_itself() {
         ..fitted(&recording, Side::Left)
     };
     assert!(door.probabilities(&near_left).unwrap()[[0, 0]] < 0.5);
+    let door = Door {
+        between_walls_m: 2.0,
+        ..fitted(&recording, Side::Right)
+    };
+    assert!(door.probabilities(&near_left).unwrap()[[0, 0]] > 0.5);
 }
 
 #[test]

@@ -118,6 +118,22 @@ fn no_translation_beats_its_groups_bound() {
     }
 }
 
+/// A cell that fits equally well four cells to the left and three to the right; the groups of both promise no more than that.
+#[test]
+fn of_equally_good_translations_the_shortest_is_told() {
+    let spots = |at: &'static [usize]| {
+        States::from_fn(|x, y| match y == 30 && at.contains(&x) {
+            true => State::Occupied,
+            false => State::Unknown,
+        })
+    };
+    let sought = SoughtGrid::new(&spots(&[30]), 16);
+    let found = sought.align(&spots(&[26, 33]), 0).unwrap();
+    assert_eq!((found.right, found.up, found.agreement), (3, 0, 4095));
+    let found = sought.align(&spots(&[27, 34]), 0).unwrap();
+    assert_eq!((found.right, found.up, found.agreement), (-3, 0, 4095));
+}
+
 #[test]
 fn climbing_on_bit_planes_climbs_the_same_way() {
     for index in 0..6 {
