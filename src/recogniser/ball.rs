@@ -5,19 +5,22 @@
 //! and those of two laps are rarely the same to the bit. A snapshot with another pattern gets the likeliest known one, the f
 //! of largest P(f|s) = Π_i P(f_i|s) (T98 eq. 33); a known pattern is that itself.
 
+mod saved;
+
 use super::{Learn, Recogniser, Response};
 use crate::{
     detector::{
         Detector, device,
         input::Input,
-        net::{Activation, Layer, NetDetector, Weights},
+        net::{NetDetector, Weights},
     },
     error::{Error, Result},
     model::Model,
     recording::{Channel, Columns, Observation, Recording},
     seed::Seed,
 };
-use ndarray::{Array2, Array3, ArrayView1};
+use ndarray::{Array2, ArrayView1};
+use saved::Saved;
 use serde::{Deserialize, Serialize};
 use std::{fmt, path::PathBuf};
 
@@ -221,96 +224,6 @@ impl Clone for Ball {
             detector: NetDetector::new(self.input.clone(), &self.weights, &device::cpu()),
             patterns: self.patterns.clone(),
         }
-    }
-}
-
-/// What a file holds of it.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Saved {
-    input: Input,
-    mean: Vec<f32>,
-    deviation: Vec<f32>,
-    trunk: usize,
-    activation: Activation,
-    layers: Vec<SavedLayer>,
-    patterns: Vec<Vec<bool>>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SavedLayer {
-    /// Networks, inputs, outputs.
-    shape: [usize; 3],
-    weight: Vec<f32>,
-    bias: Vec<f32>,
-}
-
-impl From<Ball> for Saved {
-    fn from(ball: Ball) -> Self {
-        let saved = |layer: Layer| SavedLayer {
-            shape: layer.weight.dim().into(),
-            weight: layer.weight.iter().copied().collect(),
-            bias: layer.bias.iter().copied().collect(),
-        };
-        Self {
-            mean: ball.input.mean.clone(),
-            deviation: ball.input.deviation.clone(),
-            input: ball.input,
-            trunk: ball.weights.trunk,
-            activation: ball.weights.activation,
-            layers: ball.weights.layers.into_iter().map(saved).collect(),
-            patterns: ball.patterns,
-        }
-    }
-}
-
-impl TryFrom<Saved> for Ball {
-    type Error = Error;
-
-    /// The networks are built at once, so everything that they rest on is checked first.
-    fn try_from(saved: Saved) -> Result<Self> {
-        let mut input = saved.input;
-        (input.mean, input.deviation) = (saved.mean, saved.deviation);
-        input.check()?;
-        let mut width = input.width();
-        let features = saved.layers.last().map_or(0, |layer| layer.shape[0]);
-        let mut layers = Vec::new();
-        for (number, layer) in saved.layers.into_iter().enumerate() {
-            let wrong = |e: &dyn fmt::Display| Error::work(format!("ball: layer {number}: {e}"));
-            let [networks, inputs, outputs] = layer.shape;
-            let shared = number < saved.trunk;
-            let expected = if shared { 1 } else { features };
-            if networks != expected || inputs != width || outputs == 0 {
-                return Err(wrong(&format!(
-                    "shape {:?}; expected {expected} networks of {width} inputs",
-                    layer.shape
-                )));
-            }
-            width = outputs;
-            layers.push(Layer {
-                weight: Array3::from_shape_vec((networks, inputs, outputs), layer.weight)
-                    .map_err(|e| wrong(&e))?,
-                bias: Array2::from_shape_vec((networks, outputs), layer.bias)
-                    .map_err(|e| wrong(&e))?,
-            });
-        }
-        if features == 0 || width != 1 || saved.trunk >= layers.len() {
-            return Err(Error::work(
-                "ball: expected a last layer of one output a feature, outside the trunk",
-            ));
-        }
-        let weights = Weights {
-            layers,
-            trunk: saved.trunk,
-            activation: saved.activation,
-        };
-        Ok(Self {
-            detector: NetDetector::new(input.clone(), &weights, &device::cpu()),
-            input,
-            weights,
-            patterns: saved.patterns,
-        })
     }
 }
 

@@ -5,6 +5,23 @@
 //! others with the number of a class, a place or a pattern. What the number means is nobody's business but its own;
 //! [`crate::score`] asks how much it tells about the place.
 //!
+//! ```
+//! use ballmark::{recogniser::{self, Kind, Learned}, seed::Seed, world::corridor};
+//! let config = corridor::CorridorConfig { runs: 2, spacing_m: 1.0, ..Default::default() };
+//! let recording = corridor::thrun1998(Seed(1), &config)?;
+//! let (first, second): (Vec<usize>, Vec<usize>) = (0..recording.len()).partition(|k| recording.runs()[0].contains(k));
+//!
+//! let kind: Kind = "nearest".parse()?;
+//! let learned = recogniser::learn(&kind.default_config(), &recording, &first, Seed(1))?;
+//! let responses = learned.as_recogniser().respond_all(&recording, &second);
+//!
+//! # let folder = tempfile::tempdir().unwrap();
+//! let path = folder.path().join("nearest.json");
+//! learned.write(&path)?;
+//! assert_eq!(Learned::read(&path)?.as_recogniser().respond_all(&recording, &second), responses);
+//! # Ok::<(), ballmark::Error>(())
+//! ```
+//!
 //! A new recogniser is one file, which implements [`Recogniser`] and [`Learn`], and one line in the registry below.
 
 pub mod alignment;
