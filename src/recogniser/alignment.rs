@@ -98,16 +98,15 @@ fn climb(start: (i32, i32), reach: i32, overlay: &impl Overlay) -> Alignment {
 ///
 /// ```
 /// use ballmark::recogniser::{alignment::SoughtGrid, occupancy::{State, States}};
-/// let door = |at: usize| States::from_fn(|x, y| match (x, y) {
-///     (_, 40) if (at..at + 6).contains(&x) => State::Empty,
-///     (_, 40) => State::Occupied,
-///     (_, 20..40) => State::Empty,
+/// let room = |left: usize| States::from_fn(|x, y| match (x.wrapping_sub(left), y) {
+///     (1..12, 21..30) => State::Empty,
+///     (0..13, 20..31) => State::Occupied,
 ///     _ => State::Unknown,
 /// });
-/// let sought = SoughtGrid::new(&door(20), 16);
-/// let found = sought.align(&door(25), 0).unwrap();
-/// assert_eq!((found.right, found.up), (5, 0));
-/// assert_eq!(sought.align(&door(25), found.agreement), None); // nothing is better than that
+/// let sought = SoughtGrid::new(&room(20), 16);
+/// let found = sought.align(&room(25), 0).unwrap();
+/// assert_eq!((found.right, found.up, found.agreement), (5, 0, 4096));
+/// assert_eq!(sought.align(&room(25), found.agreement), None); // nothing is better than that
 /// ```
 #[derive(Debug, Clone)]
 pub struct SoughtGrid {
@@ -200,14 +199,12 @@ impl Possible {
             unknown: [0; 3 * CELLS],
         };
         for by in right..right + GROUP {
-            for row in 0..3 * CELLS {
-                let (o, e) = (moved(occupied[row], by), moved(empty[row], by));
-                for up in 0..GROUP as usize {
-                    if let Some(unknown) = possible.unknown.get_mut(row + up) {
-                        *unknown |= !(o | e);
-                        possible.occupied[row + up] |= o;
-                        possible.empty[row + up] |= e;
-                    }
+            for up in 0..GROUP as usize {
+                for row in up..3 * CELLS {
+                    let (o, e) = (moved(occupied[row - up], by), moved(empty[row - up], by));
+                    possible.occupied[row] |= o;
+                    possible.empty[row] |= e;
+                    possible.unknown[row] |= !(o | e);
                 }
             }
         }
