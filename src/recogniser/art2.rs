@@ -27,7 +27,7 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 
-/// The constants of ART2. D00 prints none; the defaults are those of CG87's simulations, but where said.
+/// The constants of ART2. D00 prints none; the defaults of a to d and θ are those customary since CG87's simulations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Art2Config {
@@ -138,6 +138,9 @@ pub struct Art2 {
 const REST: f64 = 1e-10;
 const MOST_ROUNDS: usize = 200;
 
+/// What is at the threshold is noise, also where rounding lifts it a little above.
+const ROUNDING: f64 = 1e-9;
+
 /// How the search among the units ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Found {
@@ -152,7 +155,7 @@ impl Art2 {
     /// then its u. All 0 where the input is noise.
     fn settle(&self, input: &[f64], expectation: Option<&[f64]>, mut u: Vec<f64>) -> Vec<f64> {
         let Art2Config { a, b, .. } = self.config;
-        let theta = self.config.threshold / (input.len() as f64).sqrt();
+        let theta = (1.0 + ROUNDING) * self.config.threshold / (input.len() as f64).sqrt();
         let f = |x: f64| if x > theta { x } else { 0.0 };
         let mut q = unit(self.p(&u, expectation));
         for _ in 0..MOST_ROUNDS {

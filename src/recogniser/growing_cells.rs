@@ -19,7 +19,7 @@ use net::{Net, Rates};
 use rand::{RngExt, seq::SliceRandom};
 use serde::{Deserialize, Serialize};
 
-/// The constants of the network; D00 prints none of its own, F94's are the defaults, but where said.
+/// The constants of the network. D00 prints none; the defaults are those customary with F94, but where said.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GrowingCellsConfig {
@@ -34,8 +34,8 @@ pub struct GrowingCellsConfig {
     pub decay: f64,
     /// λ: snapshots, drawn from the mapping part, between two insertions.
     pub interval: usize,
-    /// η: a cell is superfluous where snapshots are this many times rarer than in the net as a whole. F94 has 0.09 for
-    /// inputs that fill an area of 1, where the mean density is 1 too; 0 removes nothing.
+    /// η: a cell is superfluous where the density of snapshots is below this share of that in the net as a whole. For
+    /// inputs that fill an area of 1 the mean density is 1 too, and this is F94's η. 0 removes nothing.
     pub removal: f64,
     /// Number of cells of the full net, which is the number of responses.
     pub cells: usize,

@@ -71,7 +71,7 @@ pub fn spaced(poses: &[Pose], snapshots: &[usize], spacing_m: f64) -> Vec<usize>
 }
 
 /// Patterns of places. Many snapshots at once are answered by a blocked product, see [`Recogniser::respond_all`]:
-/// `benches/nearest.rs` has its figures.
+/// `benches/nearest.rs` has the figures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Nearest {
