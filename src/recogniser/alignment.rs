@@ -8,6 +8,9 @@
 //! [`SoughtGrid::align`] finds the best of all translations within reach, and with certainty, from coarse to fine: a cell that
 //! agrees under one of 3 × 3 neighbouring translations has a cell of its state under one of them, so counting these bounds
 //! all nine at once. Only nines whose bound reaches the best agreement found so far are looked at one by one.
+//! `benches/matching.rs`, one core of a Xeon with AVX-512, on sonar scans: 12 µs for all 33 × 33 translations of one place, 6 µs
+//! where it must beat other places; one plain hill climb from the middle takes 390 µs, and the climbs from every fourth cell that
+//! find the same 40 ms.
 
 use super::{
     occupancy::{CELLS, State, States},

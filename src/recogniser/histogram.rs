@@ -3,6 +3,8 @@
 //! Duckett & Nehmzow (2000), *Occupancy Histogram Matching*: how many cells of each column are occupied, empty and unknown,
 //! and how many of each row. Matching two such histograms costs a 64th of matching the grids. The sums are of bytes, side by
 //! side for all translations at once, so that a register holds as many translations as it has bytes.
+//! `benches/matching.rs`, one core of a Xeon with AVX-512: 0.5 µs a place for all 2 × 128 translations, where a plain loop takes
+//! 60 µs and the sums of minima alone 0.3 µs, which is the limit: reading the place from memory takes a tenth of that.
 
 use super::{
     occupancy::{CELLS, States},
