@@ -303,4 +303,6 @@ impl Cones {
 }
 
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;
+#[cfg(test)]
+pub(super) use tests::blotched;

@@ -2,7 +2,7 @@ use super::*;
 use crate::{
     recogniser::{
         local_scan::{LocalScans, ScanConfig},
-        occupancy::tests::blotched,
+        occupancy::blotched,
     },
     recording::{Recording, npz},
 };

@@ -1,5 +1,5 @@
 use super::*;
-use crate::recogniser::occupancy::{State, tests::blotched};
+use crate::recogniser::occupancy::{State, blotched};
 
 /// Duckett & Nehmzow's formula, cell states counted one by one and translations tried one by one.
 fn brute_force(place: &States, scan: &States, columns: bool) -> u32 {
