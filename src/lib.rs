@@ -68,6 +68,9 @@ pub mod learning;
 // a trained model as a file
 pub mod model;
 
+// snapshot → response, no memory
+pub mod recogniser;
+
 // run → responses, with memory
 pub mod localiser;
 

@@ -10,7 +10,12 @@ use std::{collections::BTreeMap, fs, path::Path};
 type Tree = BTreeMap<String, String>;
 
 /// Rooms that must not use some of the rooms above them, and why.
-const KEPT_APART: [(&str, &[&str], &str); 3] = [
+const KEPT_APART: [(&str, &[&str], &str); 4] = [
+    (
+        "recogniser",
+        &["world", "learning"],
+        "a recogniser is given snapshots and needs no trainer",
+    ),
     (
         "localiser",
         &["world", "learning"],

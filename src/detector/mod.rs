@@ -1,6 +1,9 @@
 //! Snapshot → P(f_i = 1): what the robot recognises, learned or made by hand.
 
+mod camera;
+pub mod ceiling_light;
 pub mod device;
+pub mod door;
 pub mod input;
 pub mod net;
 pub mod random_projection;

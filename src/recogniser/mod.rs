@@ -1,0 +1,285 @@
+//! A snapshot is recognised: one response to what the sensors say now, without memory of what they said before.
+//!
+//! Duckett & Nehmzow, *Performance Comparison of Landmark Recognition Systems for Navigating Mobile Robots* (2000, below
+//! D00), compare such systems as black boxes: each learns from a robot's first lap, then answers every snapshot of the
+//! others with the number of a class, a place or a pattern. What the number means is nobody's business but its own;
+//! [`crate::score`] asks how much it tells about the place.
+//!
+//! ```
+//! use ballmark::{recogniser::{self, Kind, Learned}, seed::Seed, world::corridor};
+//! let config = corridor::CorridorConfig { runs: 2, spacing_m: 1.0, ..Default::default() };
+//! let recording = corridor::thrun1998(Seed(1), &config)?;
+//! let (first, second): (Vec<usize>, Vec<usize>) = (0..recording.len()).partition(|k| recording.runs()[0].contains(k));
+//!
+//! let kind: Kind = "nearest".parse()?;
+//! let learned = recogniser::learn(&kind.default_config(), &recording, &first, Seed(1))?;
+//! let responses = learned.as_recogniser().respond_all(&recording, &second);
+//!
+//! # let folder = tempfile::tempdir().unwrap();
+//! let path = folder.path().join("nearest.json");
+//! learned.write(&path)?;
+//! assert_eq!(Learned::read(&path)?.as_recogniser().respond_all(&recording, &second), responses);
+//! # Ok::<(), ballmark::Error>(())
+//! ```
+//!
+//! A new recogniser is one file, which implements [`Recogniser`] and [`Learn`], and one line in the registry below.
+
+pub mod alignment;
+pub mod angle_histogram;
+pub mod art2;
+pub mod ball;
+pub mod grid_match;
+pub mod growing_cells;
+pub mod histogram;
+pub mod histogram_match;
+pub mod local_scan;
+pub mod nearest;
+pub mod occupancy;
+mod prototypes;
+pub mod rce;
+pub mod signature;
+mod vectors;
+
+use crate::{
+    error::{Error, Result},
+    recording::{Channel, Observation, Recording},
+    seed::Seed,
+    storage,
+};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use std::{fmt, path::Path, str::FromStr};
+
+/// What a recogniser answers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Response {
+    /// The number of a class, place or pattern, below [`Recogniser::responses`].
+    pub class: usize,
+    /// How well it fits: finite, more is better, to be compared with other answers of the same recogniser alone.
+    pub fit: f64,
+}
+
+/// Answers snapshots, one by one.
+pub trait Recogniser: Send + Sync {
+    /// Its name in configurations and tables.
+    fn name(&self) -> &'static str;
+
+    /// Number of different responses it can give.
+    fn responses(&self) -> usize;
+
+    /// Patterns that one response is compared with: D00's T is time per match.
+    fn matches(&self) -> usize;
+
+    /// Are these the sensors that it learned from? Asked once for a recording; [`Recogniser::respond`] only falls silent.
+    ///
+    /// # Errors
+    /// Where a channel is missing or has another width or unit; the message names it.
+    fn check_channels(&self, channels: &[Channel]) -> Result<()>;
+
+    /// The response to one snapshot, `None` where it knows nothing like it or lacks the sensors to tell. It works from
+    /// the sensor values (NaN = no return) and the compass, never from odometry or truth.
+    fn respond(&self, channels: &[Channel], observation: &Observation) -> Option<Response>;
+
+    /// The responses to many snapshots of a recording, in the order asked for: the same that [`Recogniser::respond`]
+    /// gives, for any number of threads. To be replaced where many together are cheaper than one by one.
+    fn respond_all(&self, recording: &Recording, snapshots: &[usize]) -> Vec<Option<Response>> {
+        snapshots
+            .par_iter()
+            .map(|&k| self.respond(recording.channels(), &recording.observation(k)))
+            .collect()
+    }
+}
+
+/// What a member of the registry can do besides: learn, and be kept in a file.
+pub trait Learn: Recogniser + Serialize + DeserializeOwned {
+    /// Its constants; the default is what the papers print, or else says why.
+    type Config: Default;
+
+    /// Learns from some snapshots of a recording (the mapping part), in the order given. Randomness comes from streams of
+    /// `seed`.
+    ///
+    /// # Errors
+    /// Where a constant makes no sense (a usage error), or the snapshots are not enough to learn from.
+    fn learn(
+        config: &Self::Config,
+        recording: &Recording,
+        snapshots: &[usize],
+        seed: Seed,
+    ) -> Result<Self>;
+
+    /// Checks what may have come from a file, so that it can be used without fear.
+    ///
+    /// # Errors
+    /// Where its parts don't fit one another; the message names the fault.
+    fn check(&self) -> Result<()>;
+}
+
+/// The registry: what a member is called in code, its file (which is its name), its constants, and what it is.
+macro_rules! members {
+    ($then:ident) => {
+        $then! {
+            GridMatch, grid_match, GridMatchConfig, "Matching of local occupancy grids, as of Yamauchi & Langley (1997).";
+            HistogramMatch, histogram_match, HistogramMatchConfig, "Matching of their histograms, Duckett & Nehmzow's (2000) own.";
+            Rce, rce, RceConfig, "Restricted Coulomb energy with fixed spheres, as of Kurz (1996).";
+            Art2, art2, Art2Config, "ART2, with reset and search, of Carpenter & Grossberg (1987).";
+            Nearest, nearest, NearestConfig, "Nearest neighbour among patterns 1.5 m apart (D00).";
+            GrowingCells, growing_cells, GrowingCellsConfig, "Growing cell structures of Fritzke (1994).";
+            Ball, ball, BallConfig, "BaLL's learned features, rounded to bits (Thrun 1998).";
+        }
+    };
+}
+
+macro_rules! registry {
+    ($($kind:ident, $module:ident, $config:ident, $what:literal;)*) => {
+        /// All recognisers there are.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum Kind { $(#[doc = $what] $kind,)* }
+
+        impl Kind {
+            /// All of them, in the order of the registry.
+            pub const ALL: &[Kind] = &[$(Kind::$kind),*];
+
+            /// The name that configurations, tables and files use.
+            pub fn name(self) -> &'static str {
+                match self { $(Kind::$kind => stringify!($module),)* }
+            }
+
+            /// Its printed constants.
+            pub fn default_config(self) -> Config {
+                match self { $(Kind::$kind => Config::$kind(Default::default()),)* }
+            }
+        }
+
+        /// The constants of one recogniser; in a file, `kind` says of which. An unknown key is an error.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(tag = "kind", rename_all = "snake_case")]
+        pub enum Config { $(#[doc = $what] $kind($module::$config),)* }
+
+        impl Config {
+            /// Whose constants these are.
+            pub fn kind(&self) -> Kind {
+                match self { $(Config::$kind(_) => Kind::$kind,)* }
+            }
+
+            /// # Errors
+            /// A usage error where a constant makes no sense; the message names its key.
+            pub fn check(&self) -> Result<()> {
+                match self { $(Config::$kind(config) => config.check(),)* }
+            }
+        }
+
+        /// A recogniser that has learned, whichever it is: what a file holds.
+        #[derive(Debug, Clone, Serialize, Deserialize)]
+        // There is one of these at a time, not thousands side by side.
+        #[allow(clippy::large_enum_variant)]
+        #[serde(tag = "kind", content = "learned", rename_all = "snake_case")]
+        pub enum Learned { $(#[doc = $what] $kind($module::$kind),)* }
+
+        impl Learned {
+            /// Whoever it is.
+            pub fn as_recogniser(&self) -> &dyn Recogniser {
+                match self { $(Learned::$kind(learned) => learned,)* }
+            }
+
+            /// The recogniser alone.
+            pub fn boxed(self) -> Box<dyn Recogniser> {
+                match self { $(Learned::$kind(learned) => Box::new(learned),)* }
+            }
+
+            fn check(&self) -> Result<()> {
+                match self { $(Learned::$kind(learned) => learned.check(),)* }
+            }
+        }
+
+        /// The recogniser that these constants ask for learns from some snapshots of a recording: the mapping part, in
+        /// the order it was driven.
+        ///
+        /// # Errors
+        /// A usage error where a constant makes no sense; a work error where the snapshots are none, or not enough to
+        /// learn from.
+        pub fn learn(
+            config: &Config,
+            recording: &Recording,
+            snapshots: &[usize],
+            seed: Seed,
+        ) -> Result<Learned> {
+            config.check()?;
+            if snapshots.is_empty() {
+                return Err(Error::work(format!(
+                    "{}: no snapshot to learn from; expected at least one", config.kind()
+                )));
+            }
+            Ok(match config {
+                $(Config::$kind(config) => {
+                    Learned::$kind($module::$kind::learn(config, recording, snapshots, seed)?)
+                })*
+            })
+        }
+    };
+}
+
+members!(registry);
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Kind {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        let found = Kind::ALL.iter().find(|kind| kind.name() == name);
+        found.copied().ok_or_else(|| {
+            let names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
+            Error::usage(format!(
+                "no recogniser `{}`; expected one of {}",
+                name.escape_debug(),
+                names.join(", ")
+            ))
+        })
+    }
+}
+
+/// The file of a recogniser that has learned.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File<T> {
+    /// Version of this crate that learned it.
+    ballmark_recogniser: String,
+    recogniser: T,
+}
+
+impl Learned {
+    /// Writes it as JSON, whole or not at all; what is read back gives the same answers to the bit.
+    ///
+    /// # Errors
+    /// Where the file can't be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let file = File {
+            ballmark_recogniser: env!("CARGO_PKG_VERSION").to_string(),
+            recogniser: self,
+        };
+        storage::write_file(path, |out| Ok(serde_json::to_writer(out, &file)?))
+    }
+
+    /// Reads what [`Learned::write`] wrote.
+    ///
+    /// # Errors
+    /// Where the file is no recogniser, or a damaged one.
+    pub fn read(path: &Path) -> Result<Self> {
+        let file: File<Self> = serde_json::from_slice(&storage::read_file(path)?).map_err(|e| {
+            Error::file(
+                path,
+                format!("{e}; expected a recogniser as JSON, whole and of this version"),
+            )
+        })?;
+        file.recogniser.check().map_err(|e| e.in_file(path))?;
+        Ok(file.recogniser)
+    }
+}
+
+#[cfg(test)]
+mod laws;
