@@ -104,11 +104,12 @@ pub fn walls(file: &Path, material: Material) -> Result<Vec<Wall>> {
 
 impl MapConfig {
     fn read(file: &Path) -> Result<Self> {
-        let text = String::from_utf8(storage::read_file(file)?)
+        let text = String::from_utf8(read_ordinary(file)?)
             .map_err(|_| Error::file(file, "not UTF-8 text; expected a map's YAML"))?;
         let config: Self = serde_saphyr::from_str(&text).map_err(|e| {
             let told = e.to_string();
-            let first = told.lines().next().unwrap_or("no YAML").trim();
+            let first = told.lines().next().unwrap_or("no YAML");
+            let first = first.trim().trim_start_matches("error: ");
             Error::file(file, format!("{first}; expected a map_server map"))
         })?;
         let wrong = |key: &str, value: String, expected: &str| {
@@ -185,8 +186,18 @@ impl MapConfig {
     }
 }
 
+/// A file's bytes; not those of a device or a pipe, which need never end.
+fn read_ordinary(file: &Path) -> Result<Vec<u8>> {
+    match std::fs::metadata(file) {
+        Ok(told) if !told.is_file() && !told.is_dir() => {
+            Err(Error::file(file, "is no ordinary file; expected one"))
+        }
+        _ => storage::read_file(file),
+    }
+}
+
 fn picture(file: &Path) -> Result<DynamicImage> {
-    let bytes = storage::read_file(file)?;
+    let bytes = read_ordinary(file)?;
     let wrong =
         |fault: String| Error::file(file, format!("{fault}; expected a PGM or PNG picture"));
     let mut reader = ImageReader::new(Cursor::new(&bytes))

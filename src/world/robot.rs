@@ -99,6 +99,19 @@ impl RobotConfig {
                 "robot: `{key}` is {value}; expected 0 or more"
             )));
         }
+        // Slower, a second's time is no step at all; a start farther off is none on any way.
+        if self.speed_m_per_s < 1e-3 {
+            return Err(Error::usage(format!(
+                "robot: `speed_m_per_s` is {:e}; expected 0.001 or more",
+                self.speed_m_per_s
+            )));
+        }
+        if self.start_scatter_m > 1e3 {
+            return Err(Error::usage(format!(
+                "robot: `start_scatter_m` is {:e}; expected up to 1000",
+                self.start_scatter_m
+            )));
+        }
         self.odometry.check()
     }
 }
@@ -117,9 +130,10 @@ pub fn drive(
     route: &Route,
     config: &RobotConfig,
     spacing_m: f64,
-    clear: impl FnMut(&Pose, f64) -> Result<()>,
+    mut clear: impl FnMut(&Pose, f64) -> Result<()>,
 ) -> Result<Vec<Stop>> {
     config.check()?;
+    let clear = |pose: &Pose, route_m: f64, _| clear(pose, route_m);
     let way = RouteWay::draw(seed, run, (route, route), false, 1.0, config);
     let halts = halts(seed, run, &way, config, (spacing_m, usize::MAX), clear)?;
     Ok(reckoned(seed, run, &config.odometry, &halts, None))

@@ -53,9 +53,12 @@ impl Route {
         }
         if let Some(at) = corners
             .iter()
-            .position(|c| !(c.x.is_finite() && c.y.is_finite()))
+            .position(|c| !(c.x.abs() <= 1e6 && c.y.abs() <= 1e6))
         {
-            return wrong(format!("corner {at} is not finite; expected metres"));
+            return wrong(format!(
+                "corner {at} is ({:e}, {:e}); expected metres within ±1e6",
+                corners[at].x, corners[at].y
+            ));
         }
         if !(bend_radius_m >= 0.0 && bend_radius_m.is_finite()) {
             return wrong(format!("bend radius {bend_radius_m} m; expected 0 or more"));

@@ -1,6 +1,7 @@
 //! From a building to a Recording: drive run after run, and record what the sensors say.
 
 mod drive;
+mod spacing;
 
 use super::{
     Building, Camera, Compass, Infrared, Laser, Sonar, Stop, Surroundings,
@@ -18,6 +19,9 @@ use rayon::prelude::*;
 
 /// Pause between two runs, on the recording's clock, seconds.
 const PAUSE_S: f64 = 600.0;
+
+/// Most values of one recording: 2 GB.
+const MOST_VALUES: usize = 500_000_000;
 
 /// Which runs of a building are simulated.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -108,7 +112,12 @@ fn chosen<'a>(building: &'a Building, choice: &Choice) -> Result<Vec<(u64, &'a R
         if choice.set.as_ref().is_none_or(|name| *name == set.name) {
             sets.push((first, set, choice.runs.unwrap_or(set.runs)));
         }
-        first += set.runs.max(choice.runs.unwrap_or(0)) as u64;
+        // Where one set is asked for, its runs keep their numbers, however many there are to be.
+        let runs = match choice.set {
+            Some(_) => set.runs,
+            None => set.runs.max(choice.runs.unwrap_or(0)),
+        };
+        first += runs as u64;
     }
     match &choice.set {
         Some(name) if sets.is_empty() => Err(Error::usage(format!(
@@ -131,6 +140,11 @@ impl Sensors {
         let laser = self.laser.iter().map(Laser::channel);
         let camera = self.camera.iter().map(Camera::channel);
         sonar.chain(infrared).chain(laser).chain(camera).collect()
+    }
+
+    /// Values in a snapshot.
+    fn width(&self) -> usize {
+        self.channels().iter().map(|channel| channel.width).sum()
     }
 
     /// One reading of every sensor at a stop, channels side by side.
@@ -166,6 +180,14 @@ fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> R
         .enumerate()
         .flat_map(|(run, (drive, _))| (0..drive.stops.len()).map(move |stop| (run, stop)))
         .collect();
+    let widest = drives.iter().map(|(_, sensors)| sensors.width()).max();
+    let numbers = places.len().saturating_mul(widest.unwrap_or(0));
+    if numbers > MOST_VALUES {
+        return Err(Error::usage(format!(
+            "simulation: {} snapshots make {numbers} values; expected up to {MOST_VALUES}",
+            places.len()
+        )));
+    }
     let values: Vec<f32> = places
         .par_iter()
         .flat_map_iter(|&(run, stop)| {

@@ -24,7 +24,7 @@ pub(super) fn visit(
     poses: &[Pose],
     (laps, back): (f64, bool),
     config: &RobotConfig,
-    mut clear: impl FnMut(&Pose, f64) -> Result<()>,
+    mut clear: impl FnMut(&Pose, f64, f64) -> Result<()>,
 ) -> Result<Vec<Halt>> {
     let mut path = seed.numbered_stream("world/robot/path", run);
     let mut jitter = seed.numbered_stream("world/robot/heading", run);
@@ -36,6 +36,7 @@ pub(super) fn visit(
     let mut halts: Vec<Halt> = Vec::with_capacity(count);
     let mut travelled_m = 0.0;
     for visit in 0..count {
+        let laps = visit as f64 / poses.len() as f64;
         let on = visit % poses.len();
         let index = if back { poses.len() - 1 - on } else { on };
         let asked = poses[index];
@@ -58,15 +59,15 @@ pub(super) fn visit(
                 from.y_m + share * (pose.y_m - from.y_m),
                 pose.heading_rad,
             );
-            clear(&between, prescribed_m[index])?;
+            clear(&between, prescribed_m[index], laps)?;
         }
-        clear(&pose, prescribed_m[index])?;
+        clear(&pose, prescribed_m[index], laps)?;
         travelled_m += moved_m;
         halts.push(Halt {
             pose,
             route_m: prescribed_m[index],
             stamp_s: travelled_m / config.speed_m_per_s,
-            laps: visit as f64 / poses.len() as f64,
+            laps,
         });
     }
     Ok(halts)

@@ -149,7 +149,7 @@ impl Round {
         )))
     }
 
-    fn length_m(&self) -> f64 {
+    pub(super) fn length_m(&self) -> f64 {
         self.points.len() as f64 * STEP_M
     }
 

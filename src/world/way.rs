@@ -57,7 +57,7 @@ pub(super) fn travelled_m(way: &dyn Way) -> f64 {
 /// Stops for a snapshot every `spacing_m` metres of travel, `most` times at most.
 ///
 /// The way doesn't depend on the spacing: denser snapshots change none of it. Every two centimetres, `clear` is asked
-/// whether the robot may be at a pose and coordinate of the route; sparse snapshots don't let it jump through walls.
+/// whether the robot may be at a pose and coordinate of the route after so many laps; sparse snapshots don't let it jump through walls.
 ///
 /// # Errors
 /// A usage error where the spacing is shorter than a step; the first error of `clear`.
@@ -67,7 +67,7 @@ pub(super) fn halts(
     way: &dyn Way,
     config: &RobotConfig,
     (spacing_m, most): (f64, usize),
-    mut clear: impl FnMut(&Pose, f64) -> Result<()>,
+    mut clear: impl FnMut(&Pose, f64, f64) -> Result<()>,
 ) -> Result<Vec<Halt>> {
     if !(spacing_m >= STEP_M && spacing_m.is_finite()) {
         return Err(Error::usage(format!(
@@ -80,7 +80,7 @@ pub(super) fn halts(
     let mut here = way.pose(at_m);
     let (mut travelled_m, mut due_m) = (0.0, 0.0);
     while at_m <= end_m {
-        clear(&here, way.route_m(at_m))?;
+        clear(&here, way.route_m(at_m), way.laps(at_m))?;
         let next = way.pose(at_m + STEP_M);
         let moved_m = here.distance_m(&next);
         // The spacing is no shorter than a step, so no step holds two stops but for rounding, which `while` takes too.

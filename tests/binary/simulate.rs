@@ -354,3 +354,55 @@ fn a_wrong_call_is_told() {
         .refused(2, &["not UTF-8"]);
     assert_eq!(place.files(), ["bytes.toml", "world.toml"]);
 }
+
+/// Numbers that are finite but beyond any use end in a line, not in hours.
+#[test]
+fn what_would_never_end_is_refused_at_once() {
+    let swap = |from: &str, to: &str| HALL.replace(from, to);
+    let poses = "follow = \"poses\"\nlaps = 1000\nposes = [[1, 2, 0], [2, 2, 0]]";
+    for (world, part) in [
+        (swap("[9, 2]]", "[1e9, 2]]"), "corner 1 is (1e9, 2e0)"),
+        (swap("radius_m = 0.25", "start_scatter_m = 1e300"), "`start_scatter_m`"),
+        (swap("radius_m = 0.25", "start_scatter_m = 50"), "less than the route's 8.00 m"),
+        (swap("radius_m = 0.25", "speed_m_per_s = 1e-9"), "`speed_m_per_s` is 1e-9"),
+        (
+            swap("corners = [[1, 2], [9, 2]]", poses).replace("every_m = 0.5\nruns = 2", "runs = 10000"),
+            "20000000 snapshots",
+        ),
+        (
+            swap(
+                "corners = [[1, 2], [9, 2]]",
+                "corners = [[1, 2], [9, 2], [9, 4]]\nclosed = true\nlaps = 1000\nbend_radius_m = 0.1",
+            )
+            .replace("every_m = 0.5\nruns = 2", "every_m = 1e5\nruns = 10000"),
+            "1000000 m in all",
+        ),
+        (
+            swap("beams = 8", "beams = 10000\nrays = 1").replace("every_m = 0.5\nruns = 2", "snapshots = 70000\nruns = 200"),
+            "700000000 values",
+        ),
+    ] {
+        let (place, answer) = simulate(&world, &[]);
+        answer.refused(2, &[part]);
+        assert_eq!(place.files(), ["world.toml"], "{}", answer.stderr);
+    }
+}
+
+#[test]
+fn a_door_that_is_shut_while_mapping_is_in_the_way_until_then() {
+    let wall = "[[wall]]\npoints = [[5, 0], [5, 6]]\n[[wall.door]]\nat_m = 1.2\nwidth_m = 1.6\n\
+                open = 1.0\nopened_deg = [90, 90]\nshut_while_mapping = true\n";
+    let world = |map_laps: &str| {
+        let hall = HALL.replace("at = [5, 5]", "at = [2, 5]");
+        format!("{wall}room_depth_m = 3\n{hall}[people]\nmap_laps = {map_laps}\n")
+    };
+    // A name must come first in the file.
+    let first = |world: String| {
+        format!(
+            "name = \"hall\"\n{}",
+            world.replace("name = \"hall\"\n", "")
+        )
+    };
+    let (_, answer) = simulate(&first(world("1")), &[]);
+    answer.refused(1, &["run 0", "hits a wall"]);
+}

@@ -6,7 +6,7 @@ use super::support::Workplace;
 use ballmark::{
     recording::{Recording, npz},
     score::Binning,
-    world::Building,
+    world::{Building, WorldConfig},
 };
 use std::{collections::BTreeMap, path::Path};
 
@@ -110,6 +110,11 @@ fn every_world_is_the_one_its_page_tells_of() {
         let name = world.file_stem().unwrap().to_str().unwrap().to_string();
         let stated = all.remove(name.as_str());
         let stated = stated.unwrap_or_else(|| panic!("{name}: no figures stated"));
+        let config = WorldConfig::parse(&std::fs::read_to_string(&world).unwrap()).unwrap();
+        if let Some(people) = &config.people {
+            let laps = config.path.laps;
+            assert!(people.map_laps < laps, "{name}: nobody ever comes");
+        }
         let place = Workplace::new();
         let mut call = vec![
             "simulate",

@@ -62,11 +62,11 @@ impl Person {
         }
         // Where the corridor is narrower than where they met the robot, they keep to this side of its wall.
         let left = self.aside_m > 0.0;
-        let later = ways_m.partition_point(|&there_m| there_m <= way_m);
-        let around = [later.saturating_sub(1), later.min(ways_m.len() - 1)];
-        let free_m = around
-            .iter()
-            .map(|&index| people.free_m(index, left))
+        // All along the body: a door's frame or a pilaster may stand out beside it.
+        let first = ways_m.partition_point(|&there_m| there_m <= way_m - self.body_m);
+        let past = ways_m.partition_point(|&there_m| there_m <= way_m + self.body_m);
+        let free_m = (first.saturating_sub(1)..=past.min(ways_m.len() - 1))
+            .map(|index| people.free_m(index, left))
             .fold(f64::INFINITY, f64::min);
         let aside_m = self.aside_m.abs().min(free_m - self.body_m - MARGIN_M);
         let (here, _) = people.path.at_way(way_m);

@@ -1,6 +1,6 @@
 //! Driving the runs of a set through a building: which way, past whom, and where the robot stops.
 
-use super::PAUSE_S;
+use super::{PAUSE_S, spacing::spacings};
 use crate::{
     error::{Error, Result},
     geometry::Pose,
@@ -8,13 +8,13 @@ use crate::{
     world::{
         Building, Compass, FloorPlan, Outing, People, Raycaster, RunScene, Stop, Surroundings,
         TimedPose, Wall,
-        building::{Journey, MOST_SNAPSHOTS, RunSet, Spacing},
+        building::{Journey, MOST_SNAPSHOTS, RunSet},
         enclosure::check_enclosed,
         robot::RouteWay,
         turret_headings,
         visit::visit,
         wall_following::{Round, WallWay},
-        way::{Halt, STEP_M, Way, halts, reckoned, travelled_m},
+        way::{Halt, Way, halts, reckoned, travelled_m},
     },
 };
 use nalgebra::Point2;
@@ -22,6 +22,13 @@ use rayon::prelude::*;
 
 /// Walls that begin this high above the floor are in nobody's way, metres.
 const HEADROOM_M: f64 = 1.5;
+
+/// Most walls of all runs' plans together, and most metres of all their ways: far beyond any use, small enough to hold.
+const MOST_WALLS: usize = 10_000_000;
+const MOST_WAY_M: f64 = 1e6;
+
+/// People keep to the robot's way as known every so many metres, however sparse its snapshots.
+const PATH_M: f64 = 0.1;
 
 /// A run, driven: what the building was like, who came, and where the robot stopped.
 pub(super) struct Drive {
@@ -72,7 +79,7 @@ struct Setting {
 }
 
 impl Setting {
-    fn new(building: &Building, seed: Seed, run: u64, set: &RunSet) -> Result<Self> {
+    fn new(building: &Building, seed: Seed, run: u64, first: u64, set: &RunSet) -> Result<Self> {
         let map_laps = building.people().map_or(0.0, |people| people.map_laps);
         let later = building.plan_of_run(seed, run)?;
         let mapping = match map_laps > 0.0 {
@@ -83,7 +90,7 @@ impl Setting {
         let before = mapping.as_ref().map(obstacles).transpose()?;
         Ok(Self {
             run,
-            back: set.both_ways && run % 2 == 1,
+            back: set.both_ways && (run - first) % 2 == 1,
             obstacles: (
                 before.map(Raycaster::new),
                 Raycaster::new(obstacles(&later)?),
@@ -122,21 +129,39 @@ pub(super) fn drive_set(
     runs: usize,
     start_s: f64,
 ) -> Result<Vec<Drive>> {
+    let walls = building.plan_of_run(seed, first)?.plan.walls().len();
+    if walls.saturating_mul(runs) > MOST_WALLS {
+        return Err(Error::usage(format!(
+            "simulation: {runs} runs, each with a plan of {walls} walls; expected up to {MOST_WALLS} walls in all"
+        )));
+    }
     let numbers: Vec<u64> = (first..first + runs as u64).collect();
     let settings = each_run(numbers.par_iter(), |&run| {
-        Setting::new(building, seed, run, set)
+        Setting::new(building, seed, run, first, set)
     })?;
-    let driven: Vec<Vec<Halt>> = match building.journey() {
-        Journey::Poses(poses) => each_run(settings.par_iter(), |setting| {
-            let order = (set.laps, setting.back);
-            let clear = guard(setting, building.robot().radius_m);
-            visit(seed, setting.run, poses, order, building.robot(), clear)
-                .map_err(|fault| in_run(fault, setting.run))
-        })?,
+    let driven: Vec<Driven> = match building.journey() {
+        Journey::Poses(poses) => {
+            let visits = runs as f64 * set.laps * poses.len() as f64;
+            if visits > MOST_SNAPSHOTS as f64 {
+                return Err(Error::usage(format!(
+                    "simulation: {runs} runs of {} laps through {} poses make {visits:.0} snapshots; expected up to {MOST_SNAPSHOTS}",
+                    set.laps,
+                    poses.len()
+                )));
+            }
+            each_run(settings.par_iter(), |setting| {
+                let order = (set.laps, setting.back);
+                let clear = guard(setting, building.robot().radius_m);
+                let halts = visit(seed, setting.run, poses, order, building.robot(), clear)
+                    .map_err(|fault| in_run(fault, setting.run))?;
+                let path = timed(&halts);
+                Ok(Driven { halts, path })
+            })?
+        }
         journey => along_ways(building, seed, set, journey, &settings)?,
     };
-    let finished = each_run(settings.par_iter().zip(&driven), |(setting, halts)| {
-        finish(building, seed, set, setting, halts).map_err(|fault| in_run(fault, setting.run))
+    let finished = each_run(settings.par_iter().zip(&driven), |(setting, driven)| {
+        finish(building, seed, set, setting, driven).map_err(|fault| in_run(fault, setting.run))
     })?;
     let mut start_s = start_s;
     let drives = settings.into_iter().zip(finished);
@@ -167,7 +192,7 @@ fn along_ways(
     set: &RunSet,
     journey: &Journey,
     settings: &[Setting],
-) -> Result<Vec<Vec<Halt>>> {
+) -> Result<Vec<Driven>> {
     let robot = building.robot();
     // All runs measure their progress along one and the same way round.
     let round = match (journey, settings.first()) {
@@ -178,6 +203,29 @@ fn along_ways(
         }
         _ => None,
     };
+    let once_m = match (journey, &round) {
+        (Journey::Route { there, .. }, _) => there.length_m(),
+        (_, Some(round)) => round.length_m(),
+        _ => 0.0,
+    };
+    let all_m = once_m * set.laps * settings.len() as f64;
+    if all_m > MOST_WAY_M {
+        return Err(Error::usage(format!(
+            "simulation: {} runs of {} laps of {once_m:.0} m; expected up to {MOST_WAY_M} m in all",
+            settings.len(),
+            set.laps
+        )));
+    }
+    if let Journey::Route { there, .. } = journey
+        && !there.is_closed()
+        && robot.start_scatter_m >= there.length_m()
+    {
+        return Err(Error::usage(format!(
+            "robot: `start_scatter_m` is {}; expected less than the route's {:.2} m",
+            robot.start_scatter_m,
+            there.length_m()
+        )));
+    }
     let ways = each_run(settings.par_iter(), |setting| {
         let (run, back) = (setting.run, setting.back);
         let way: Box<dyn Way + '_> = match (journey, &round) {
@@ -216,9 +264,31 @@ fn along_ways(
     let set_out = settings.par_iter().zip(&ways).zip(&spacings);
     each_run(set_out, |((setting, way), &spacing)| {
         let clear = guard(setting, robot.radius_m);
-        halts(seed, setting.run, way.as_ref(), robot, spacing, clear)
-            .map_err(|fault| in_run(fault, setting.run))
+        let (run, way) = (setting.run, way.as_ref());
+        let halts_at = |spacing, clear: &mut dyn FnMut(&Pose, f64, f64) -> Result<()>| {
+            halts(seed, run, way, robot, spacing, clear).map_err(|fault| in_run(fault, run))
+        };
+        let mut clear = clear;
+        Ok(Driven {
+            halts: halts_at(spacing, &mut clear)?,
+            path: timed(&halts_at((PATH_M, usize::MAX), &mut |_, _, _| Ok(()))?),
+        })
     })
+}
+
+/// A run's way: where snapshots are taken, and where the robot is between them.
+struct Driven {
+    halts: Vec<Halt>,
+    path: Vec<TimedPose>,
+}
+
+/// When the robot is where.
+fn timed(halts: &[Halt]) -> Vec<TimedPose> {
+    let timed = |halt: &Halt| TimedPose {
+        stamp_s: halt.stamp_s,
+        pose: halt.pose,
+    };
+    halts.iter().map(timed).collect()
 }
 
 /// The same for each run, on all cores; of several faults that of the first run, whichever was found first.
@@ -230,70 +300,22 @@ pub(super) fn each_run<I: IndexedParallelIterator, T: Send>(
     all.into_iter().collect()
 }
 
-/// How far apart the snapshots of each run stand, and how many there are at most.
-fn spacings(set: &RunSet, lengths_m: &[f64]) -> Result<Vec<(f64, usize)>> {
-    let runs = lengths_m.len();
-    let whole_m: f64 = lengths_m.iter().sum();
-    match set.spacing {
-        Spacing::Metres(metres) => {
-            let expected = whole_m / metres + runs as f64;
-            if expected > MOST_SNAPSHOTS as f64 {
-                return Err(Error::usage(format!(
-                    "simulation: {runs} runs with a snapshot every {metres} m make {expected:.0}; expected up to {MOST_SNAPSHOTS}"
-                )));
-            }
-            Ok(vec![(metres, usize::MAX); runs])
-        }
-        Spacing::Exactly(count) => {
-            // The file's number is for the file's runs.
-            let count = (count as f64 * runs as f64 / set.runs as f64).round();
-            // Each run gets its share by length: what the runs up to it get, less what those before it got.
-            let mut reached_m = 0.0;
-            let mut given = 0;
-            let shares = lengths_m.iter().map(|length_m| {
-                reached_m += length_m;
-                let until = (count * reached_m / whole_m).round() as usize;
-                let share = until - given;
-                given = until;
-                (length_m / share.max(1) as f64, share)
-            });
-            let shares: Vec<(f64, usize)> = shares.collect();
-            match shares.iter().find(|(spacing_m, _)| *spacing_m < STEP_M) {
-                Some((spacing_m, _)) => Err(Error::usage(format!(
-                    "simulation: {count} snapshots make one every {spacing_m:.6} m; expected {STEP_M} m or more between them"
-                ))),
-                None => Ok(shares),
-            }
-        }
-        Spacing::AtPoses => Err(Error::usage(
-            "[record]: snapshots at poses; expected them only where the robot follows poses",
-        )),
-    }
-}
-
 /// What is left once the stops are known: who comes, where the turret looks, and what odometry says.
 fn finish(
     building: &Building,
     seed: Seed,
     set: &RunSet,
     setting: &Setting,
-    halts: &[Halt],
+    driven: &Driven,
 ) -> Result<(Vec<Stop>, Option<People>, usize)> {
-    let robot = building.robot();
-    let path: Vec<TimedPose> = halts
-        .iter()
-        .map(|halt| TimedPose {
-            stamp_s: halt.stamp_s,
-            pose: halt.pose,
-        })
-        .collect();
+    let (robot, halts) = (building.robot(), &driven.halts[..]);
     let mapped_at = halts.partition_point(|halt| halt.laps < setting.map_laps);
     let people = match building.people() {
         Some(config) if !halts.is_empty() => {
             let caster = Raycaster::new(setting.later.plan.clone());
             let on_left = building.wall_on_left();
             let outing = Outing {
-                path: &path,
+                path: &driven.path,
                 map_until_s: halts.get(mapped_at).map_or(f64::MAX, |halt| halt.stamp_s),
                 around: Surroundings::new(&caster, &setting.later.fire_doors),
                 radius_m: robot.radius_m,
@@ -307,7 +329,7 @@ fn finish(
         Some(config) if building.turret_north() && !halts.is_empty() => {
             let compass = Compass::new(config.clone(), seed)?;
             let mut random = seed.numbered_stream("world/turret", setting.run);
-            let headings_rad = turret_headings(&compass, &path, &mut random)?;
+            let headings_rad = turret_headings(&compass, &timed(halts), &mut random)?;
             Some((headings_rad, config.north_rad))
         }
         _ => None,
@@ -320,13 +342,16 @@ fn finish(
 
 /// Watches over a run: at its first pose whether the robot stands free and can't get out, from then on whether it hits
 /// anything.
-fn guard(setting: &Setting, radius_m: f64) -> impl FnMut(&Pose, f64) -> Result<()> + '_ {
+fn guard(setting: &Setting, radius_m: f64) -> impl FnMut(&Pose, f64, f64) -> Result<()> + '_ {
     let mut started = false;
-    move |pose, route_m| {
-        let plan = setting.obstacles.1.plan();
+    move |pose, route_m, laps| {
         if !std::mem::replace(&mut started, true) {
-            check_start(plan, setting, pose, radius_m)?;
+            let (before, after) = &setting.obstacles;
+            for plan in before.iter().chain([after]).map(Raycaster::plan) {
+                check_start(plan, setting, pose, radius_m)?;
+            }
         }
+        let plan = setting.obstacles_after(laps).plan();
         check_clear(plan, pose, route_m, radius_m)
     }
 }
