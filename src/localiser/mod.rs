@@ -1,5 +1,6 @@
 //! A run is replayed, and the localiser answers where it may be, from what it remembers of the run.
 
+pub mod codes;
 pub mod features;
 pub mod kernel;
 
