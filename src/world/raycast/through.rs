@@ -52,65 +52,25 @@ impl Raycaster {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::{
-        seed::Seed,
-        world::{FloorPlan, Material, Wall},
+    use super::{
+        super::odd_rays::{REACH_M, odd_rays},
+        *,
     };
-    use rand::RngExt;
-    use std::f64::consts::{PI, TAU};
 
     #[test]
     fn every_wall_in_the_way_is_visited_once_and_in_order() {
-        let mut random = Seed(4).stream("walls");
-        for case in 0..40 {
-            let height = [20.0, 0.5, 4.0, 0.0][case % 4];
-            let mut point = || {
-                let x: f64 = random.random_range(-10.0..10.0);
-                let y = random.random_range(-0.5..=0.5) * height;
-                // On round numbers rays run along cell edges and meet several walls at once.
-                if case % 2 == 0 {
-                    Point2::new(x.round(), f64::round(y))
-                } else {
-                    Point2::new(x, y)
-                }
-            };
-            let walls: Vec<Wall> = (0..1 + case * 3)
-                .map(|_| Wall::new(point(), point(), Material::PLAIN))
-                .filter(|wall| wall.from != wall.to)
+        odd_rays(|plan, caster, origin, direction| {
+            let mut expected: Vec<(f64, usize)> = (plan.walls().iter().enumerate())
+                .filter_map(|(index, wall)| Some((meet(wall, origin, direction)?, index)))
+                .filter(|met| met.0 <= REACH_M)
                 .collect();
-            let Ok(plan) = FloorPlan::new(walls) else {
-                continue;
-            };
-            let caster = Raycaster::new(plan.clone());
-            for ray in 0..400 {
-                let origin = Point2::new(
-                    random.random_range(-12.0..12.0_f64),
-                    random.random_range(-12.0..12.0_f64),
-                );
-                let origin = if ray % 3 == 0 {
-                    origin.map(f64::round)
-                } else {
-                    origin
-                };
-                let angle = if ray % 4 == 0 {
-                    (ray / 4) as f64 * PI / 4.0
-                } else {
-                    random.random_range(0.0..TAU)
-                };
-                let direction = Vector2::new(angle.cos(), angle.sin());
-                let mut expected: Vec<(f64, usize)> = (plan.walls().iter().enumerate())
-                    .filter_map(|(index, wall)| Some((meet(wall, &origin, &direction)?, index)))
-                    .filter(|met| met.0 <= 12.0)
-                    .collect();
-                expected.sort_by(|a, b| a.partial_cmp(b).unwrap());
-                let mut found = Vec::new();
-                caster.cast_through(&origin, &direction, 12.0, |hit| {
-                    found.push((hit.distance_m, hit.wall));
-                    ControlFlow::Continue(())
-                });
-                assert_eq!(found, expected, "case {case}, ray {ray}");
-            }
-        }
+            expected.sort_by(|a, b| a.partial_cmp(b).unwrap());
+            let mut found = Vec::new();
+            caster.cast_through(origin, direction, REACH_M, |hit| {
+                found.push((hit.distance_m, hit.wall));
+                ControlFlow::Continue(())
+            });
+            assert_eq!(found, expected);
+        });
     }
 }
