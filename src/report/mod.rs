@@ -3,6 +3,7 @@
 mod canvas;
 pub mod localisation;
 mod plan;
+mod plane;
 mod plot;
 mod scatter;
 mod table;

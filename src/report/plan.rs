@@ -1,8 +1,8 @@
 //! A floor plan with lamps and the way that a robot took, as SVG.
 
 use super::{
-    canvas::{GRID, INK, WIDTH, at, drawable, font, picture, px, range, tick},
-    scatter::one_scale,
+    canvas::{WIDTH, at, drawable, picture, px, range},
+    plane::axes,
 };
 use crate::error::Result;
 use plotters::{prelude::*, style::RGBColor};
@@ -66,32 +66,7 @@ pub fn plan_plot(title: &str, plan: &Plan) -> Result<String> {
     let height = (f64::from(WIDTH - margins_x) * shape) as u32;
     let height = height.clamp(LEAST_HEIGHT, MOST_HEIGHT) + margins_y;
     picture(height, title, |canvas| {
-        let (margin, left, bottom, right, top) = (px(14), px(62), px(48), px(16), px(8));
-        let (width, height) = canvas.dim_in_pixel();
-        let shape = f64::from(width - margin - left - right) / f64::from(height - bottom - top);
-        let (x_range, y_range) = one_scale(wide, high, shape);
-        let mut chart = ChartBuilder::on(canvas)
-            .margin_top(top)
-            .margin_right(right)
-            .margin_left(margin)
-            .set_label_area_size(LabelAreaPosition::Left, left)
-            .margin_bottom(px(6))
-            .set_label_area_size(LabelAreaPosition::Bottom, bottom - px(6))
-            .build_cartesian_2d(x_range.clone(), y_range.clone())?;
-        chart
-            .configure_mesh()
-            .x_labels(10)
-            .y_labels(8)
-            .max_light_lines(0)
-            .bold_line_style(ShapeStyle::from(&GRID).stroke_width(px(1)))
-            .axis_style(ShapeStyle::from(&INK).stroke_width(px(1)))
-            .label_style(font(15))
-            .axis_desc_style(font(16))
-            .x_label_formatter(&|x| tick(*x, &x_range))
-            .y_label_formatter(&|y| tick(*y, &y_range))
-            .x_desc("x (m)")
-            .y_desc("y (m)")
-            .draw()?;
+        let mut chart = axes(canvas, wide, high)?;
         let finite = |place: &[f64; 2]| place.iter().all(|&metres| drawable(metres));
         let point = |place: [f64; 2]| (place[0], place[1]);
         let lamps = plan

@@ -1,6 +1,9 @@
 //! Values at places in the plane, told by colour, as SVG.
 
-use super::canvas::{GRID, INK, WIDTH, at, drawable, font, picture, px, range, shortened, tick};
+use super::{
+    canvas::{WIDTH, at, drawable, font, picture, px, range, shortened, tick},
+    plane::axes,
+};
 use crate::error::{Error, Result};
 use plotters::{
     prelude::*,
@@ -52,36 +55,11 @@ pub fn scatter_plot(
     };
     picture(HEIGHT, title, |canvas| {
         let (frame, bar) = canvas.split_horizontally(px(WIDTH - 120));
-        let (margin, left, bottom, right, top) = (px(14), px(62), px(48), px(16), px(8));
-        let (width, height) = frame.dim_in_pixel();
-        let shape = f64::from(width - margin - left - right) / f64::from(height - bottom - top);
-        let (x_range, y_range) = one_scale(
+        let mut chart = axes(
+            &frame,
             range(x_m.iter().copied(), 0.04, false),
             range(y_m.iter().copied(), 0.04, false),
-            shape,
-        );
-        let mut chart = ChartBuilder::on(&frame)
-            .margin_top(top)
-            .margin_right(right)
-            .margin_left(margin)
-            .set_label_area_size(LabelAreaPosition::Left, left)
-            .margin_bottom(px(6))
-            .set_label_area_size(LabelAreaPosition::Bottom, bottom - px(6))
-            .build_cartesian_2d(x_range.clone(), y_range.clone())?;
-        chart
-            .configure_mesh()
-            .x_labels(10)
-            .y_labels(8)
-            .max_light_lines(0)
-            .bold_line_style(ShapeStyle::from(&GRID).stroke_width(px(1)))
-            .axis_style(ShapeStyle::from(&INK).stroke_width(px(1)))
-            .label_style(font(15))
-            .axis_desc_style(font(16))
-            .x_label_formatter(&|x| tick(*x, &x_range))
-            .y_label_formatter(&|y| tick(*y, &y_range))
-            .x_desc("x (m)")
-            .y_desc("y (m)")
-            .draw()?;
+        )?;
         let places = (0..value.len()).filter(|&k| drawable(x_m[k]) && drawable(y_m[k]));
         chart.draw_series(places.map(|k| {
             let style = match drawable(value[k]) {
@@ -121,16 +99,6 @@ pub fn scatter_plot(
     })
 }
 
-/// Widens one of two ranges so that a metre is as long on both axes of a frame `shape` times as wide as high.
-pub(super) fn one_scale(x: Range<f64>, y: Range<f64>, shape: f64) -> (Range<f64>, Range<f64>) {
-    let wider = |range: Range<f64>, width: f64| {
-        let more = 0.5 * (width - (range.end - range.start)).max(0.0);
-        range.start - more..range.end + more
-    };
-    let (width, height) = (x.end - x.start, y.end - y.start);
-    (wider(x, height * shape), wider(y, width / shape))
-}
-
 fn shade(value: f64, range: &Range<f64>) -> RGBColor {
     let share = ((value - range.start) / (range.end - range.start)).clamp(0.0, 1.0);
     let (from, to, part) = match share < 0.5 {
@@ -144,14 +112,6 @@ fn shade(value: f64, range: &Range<f64>) -> RGBColor {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_metre_is_a_metre_on_both_axes() {
-        let (x, y) = one_scale(0.0..10.0, 0.0..10.0, 2.0);
-        assert_eq!((x, y), (-5.0..15.0, 0.0..10.0));
-        let (x, y) = one_scale(0.0..10.0, 4.0..5.0, 2.0);
-        assert_eq!((x, y), (0.0..10.0, 2.0..7.0));
-    }
 
     #[test]
     fn the_scale_ends_at_its_ends() {
