@@ -44,6 +44,7 @@
 // ground: what everyone stands on
 pub mod error;
 pub mod geometry;
+mod registry;
 pub mod seed;
 pub mod storage;
 

@@ -1,75 +1,156 @@
 //! A run is replayed, and the localiser answers where it may be, from what it remembers of the run.
+//!
+//! Duckett & Nehmzow, *Mobile robot self-localisation and measurement of performance in middle-scale environments* (1998,
+//! below D98), play the same recorded run to systems as black boxes: each learns from the first lap, then is put down
+//! somewhere, again and again, and answers as it goes. A [`Localiser`] is such a system; [`Localiser::prepare`] takes in
+//! the recording, and [`Player::play`] plays one trial.
+//!
+//! ```
+//! use ballmark::{localiser::{self, Estimate, Kind, Learned}, seed::Seed, world::corridor};
+//! let config = corridor::CorridorConfig { runs: 2, spacing_m: 1.0, ..Default::default() };
+//! let recording = corridor::thrun1998(Seed(1), &config)?;
+//! let (first, second): (Vec<usize>, Vec<usize>) = (0..recording.len()).partition(|k| recording.runs()[0].contains(k));
+//!
+//! let kind: Kind = "dead_reckoning".parse()?;
+//! let learned = localiser::learn(&kind.default_config(), &recording, &first, Seed(1))?;
+//! let player = learned.as_localiser().prepare(&recording, &second)?;
+//! let start = recording.poses()[second[0]];
+//! let steps = player.play(&second[..10], Some(start), &mut Seed(1).stream("a trial"))?;
+//! assert_eq!(steps.len(), 10);
+//! assert_eq!(steps[0].estimate, Some(Estimate::Place([start.x_m, start.y_m])));
+//! # Ok::<(), ballmark::Error>(())
+//! ```
+//!
+//! A new localiser is one file, which implements [`Localiser`] and [`Learn`], and one line in the registry below.
 
 pub mod codes;
+pub mod dead_reckoning;
 pub mod features;
+mod filter;
 pub mod kernel;
 
+pub use filter::{BayesLocaliser, SensorModel};
+
 use crate::{
-    belief::{Bayes, Belief, Grid, OdometryMotion},
     error::Result,
-    recording::Observation,
-    seed::Stream,
+    geometry::Pose,
+    recording::{Channel, Recording},
+    seed::{Seed, Stream},
 };
-use std::sync::Arc;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// What a snapshot says about every cell of a grid. Prepared once for a recording's observations, then asked for each.
-pub trait SensorModel: Sync {
-    /// ln P(snapshot | cell) at every cell, up to a constant. `belief` is the belief before, which some evidence needs;
-    /// `stream` is there for evidence that is drawn.
-    ///
-    /// # Errors
-    /// Where the belief is not about the cells that the model was prepared for.
-    fn log_likelihood(
-        &self,
-        snapshot: usize,
-        belief: &Belief,
-        stream: &mut Stream,
-    ) -> Result<Vec<f64>>;
+/// Where a localiser says that it is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Estimate {
+    /// The number of a place, class or pattern; what it means is nobody's business but the localiser's.
+    Class(usize),
+    /// A place in the plane, x and y in metres, in the frame of the recording's poses.
+    Place([f64; 2]),
 }
 
-/// The Bayes filter with a sensor model: Thrun (1998), Table 1, driven by the odometry of a run.
-pub struct BayesLocaliser<'a> {
-    filter: Bayes,
-    sensor: Option<&'a dyn SensorModel>,
-    stream: Stream,
-    last: Option<crate::geometry::Pose>,
+/// A place in the plane, x and y in metres, and how probable it is to be there.
+pub type Probable = ([f64; 2], f64);
+
+/// What a localiser says after one snapshot of a trial.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Step {
+    /// Its answer; `None`: it knows no place that would fit.
+    pub estimate: Option<Estimate>,
+    /// How probable it holds which places: probabilities sum to 1, a place may come more than once. Empty where the
+    /// localiser has no such opinion.
+    pub posterior: Vec<Probable>,
 }
 
-impl<'a> BayesLocaliser<'a> {
-    /// A robot whose belief is `start`; without a sensor model it only reckons.
-    ///
-    /// # Errors
-    /// Where `start` is not about the cells of `grid`.
-    pub fn new(
-        grid: &Arc<Grid>,
-        motion: &OdometryMotion,
-        start: Belief,
-        sensor: Option<&'a dyn SensorModel>,
-        stream: Stream,
-    ) -> Result<Self> {
-        Ok(Self {
-            filter: Bayes::new(grid, motion.clone(), start)?,
-            sensor,
-            stream,
-            last: None,
-        })
+/// A localiser that has learned what it needs to know; any number of trials can be played to it.
+pub trait Localiser: Send + Sync {
+    /// Its name in configurations and tables.
+    fn name(&self) -> &'static str;
+
+    /// Number of places or patterns that it keeps; 0 where it keeps none.
+    fn places(&self) -> usize;
+
+    /// What it keeps of a place, pose included, in bytes; 0 where it keeps none.
+    fn bytes_per_place(&self) -> usize;
+
+    /// Is it told the pose that a trial starts at? If not, it is lost at the start.
+    fn is_told_the_start(&self) -> bool {
+        false
     }
 
-    /// Takes in the next observation of the run, which is snapshot number `snapshot` to the sensor model: what odometry
-    /// says since the last one, then what the sensors say.
+    /// Does it never look at its sensors? Then, once its estimate is outside of all mapped places, it counts as outside
+    /// for the rest of the trial (D98 7.1).
+    fn is_blind(&self) -> bool {
+        false
+    }
+
+    /// Are these the sensors that it learned from?
     ///
     /// # Errors
-    /// Where the likelihood is 0 wherever the belief has mass.
-    pub fn observe(&mut self, snapshot: usize, observation: &Observation) -> Result<&Belief> {
-        if let Some(last) = self.last.replace(observation.odometry) {
-            self.filter
-                .predict(&last.displacement_to(&observation.odometry))?;
-        }
-        if let Some(sensor) = self.sensor {
-            let likelihood =
-                sensor.log_likelihood(snapshot, self.filter.belief(), &mut self.stream)?;
-            self.filter.correct(&likelihood)?;
-        }
-        Ok(self.filter.belief())
-    }
+    /// Where a channel is missing or has another width or unit; the message names it.
+    fn check_channels(&self, channels: &[Channel]) -> Result<()>;
+
+    /// Gets ready to play trials among these snapshots of a recording. What single snapshots tell is worked out here, once
+    /// for all trials. It works from [`Recording::observation`] alone, never from poses or route.
+    ///
+    /// # Errors
+    /// As [`Localiser::check_channels`].
+    fn prepare<'a>(
+        &'a self,
+        recording: &'a Recording,
+        snapshots: &[usize],
+    ) -> Result<Box<dyn Player + 'a>>;
 }
+
+/// A localiser with a recording before it.
+pub trait Player: Sync {
+    /// Plays a trial: snapshots among those prepared, consecutive within a run, from the first on. `start` is the true
+    /// pose at the first one, for whoever [is told](Localiser::is_told_the_start) it. One step a snapshot, and none of
+    /// them depends on later snapshots.
+    ///
+    /// # Errors
+    /// Where a belief falls apart, which is the localiser's fault, not the recording's.
+    fn play(&self, trial: &[usize], start: Option<Pose>, stream: &mut Stream) -> Result<Vec<Step>>;
+}
+
+/// What a member of the registry can do besides: learn, and be kept in a file.
+pub trait Learn: Localiser + Serialize + DeserializeOwned {
+    /// Its constants; the default is what the papers print, or else says why.
+    type Config: Default;
+
+    /// Learns from some snapshots of a recording (the mapping part), in the order driven. Randomness comes from streams of
+    /// `seed`.
+    ///
+    /// # Errors
+    /// Where a constant makes no sense (a usage error), or the snapshots are not enough to learn from.
+    fn learn(
+        config: &Self::Config,
+        recording: &Recording,
+        snapshots: &[usize],
+        seed: Seed,
+    ) -> Result<Self>;
+
+    /// Checks what may have come from a file, so that it can be used without fear.
+    ///
+    /// # Errors
+    /// Where its parts don't fit one another; the message names the fault.
+    fn check(&self) -> Result<()>;
+}
+
+/// The registry: what a member is called in code, its file (which is its name), its constants, and what it is.
+macro_rules! members {
+    ($then:ident) => {
+        $then! {
+            DeadReckoning, dead_reckoning, DeadReckoningConfig, "Dead reckoning from a known start, never corrected.";
+        }
+    };
+}
+
+macro_rules! registry {
+    ($($members:tt)*) => {
+        crate::registry::registry! {
+            "localiser", Localiser, as_localiser, File, "ballmark_localiser", "localiser";
+            $($members)*
+        }
+    };
+}
+members!(registry);

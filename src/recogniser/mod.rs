@@ -41,14 +41,12 @@ pub mod signature;
 mod vectors;
 
 use crate::{
-    error::{Error, Result},
+    error::Result,
     recording::{Channel, Observation, Recording},
     seed::Seed,
-    storage,
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use std::{fmt, path::Path, str::FromStr};
 
 /// What a recogniser answers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -130,156 +128,14 @@ macro_rules! members {
 }
 
 macro_rules! registry {
-    ($($kind:ident, $module:ident, $config:ident, $what:literal;)*) => {
-        /// All recognisers there are.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-        #[serde(rename_all = "snake_case")]
-        pub enum Kind { $(#[doc = $what] $kind,)* }
-
-        impl Kind {
-            /// All of them, in the order of the registry.
-            pub const ALL: &[Kind] = &[$(Kind::$kind),*];
-
-            /// The name that configurations, tables and files use.
-            pub fn name(self) -> &'static str {
-                match self { $(Kind::$kind => stringify!($module),)* }
-            }
-
-            /// Its printed constants.
-            pub fn default_config(self) -> Config {
-                match self { $(Kind::$kind => Config::$kind(Default::default()),)* }
-            }
-        }
-
-        /// The constants of one recogniser; in a file, `kind` says of which. An unknown key is an error.
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-        #[serde(tag = "kind", rename_all = "snake_case")]
-        pub enum Config { $(#[doc = $what] $kind($module::$config),)* }
-
-        impl Config {
-            /// Whose constants these are.
-            pub fn kind(&self) -> Kind {
-                match self { $(Config::$kind(_) => Kind::$kind,)* }
-            }
-
-            /// # Errors
-            /// A usage error where a constant makes no sense; the message names its key.
-            pub fn check(&self) -> Result<()> {
-                match self { $(Config::$kind(config) => config.check(),)* }
-            }
-        }
-
-        /// A recogniser that has learned, whichever it is: what a file holds.
-        #[derive(Debug, Clone, Serialize, Deserialize)]
-        // There is one of these at a time, not thousands side by side.
-        #[allow(clippy::large_enum_variant)]
-        #[serde(tag = "kind", content = "learned", rename_all = "snake_case")]
-        pub enum Learned { $(#[doc = $what] $kind($module::$kind),)* }
-
-        impl Learned {
-            /// Whoever it is.
-            pub fn as_recogniser(&self) -> &dyn Recogniser {
-                match self { $(Learned::$kind(learned) => learned,)* }
-            }
-
-            /// The recogniser alone.
-            pub fn boxed(self) -> Box<dyn Recogniser> {
-                match self { $(Learned::$kind(learned) => Box::new(learned),)* }
-            }
-
-            fn check(&self) -> Result<()> {
-                match self { $(Learned::$kind(learned) => learned.check(),)* }
-            }
-        }
-
-        /// The recogniser that these constants ask for learns from some snapshots of a recording: the mapping part, in
-        /// the order it was driven.
-        ///
-        /// # Errors
-        /// A usage error where a constant makes no sense; a work error where the snapshots are none, or not enough to
-        /// learn from.
-        pub fn learn(
-            config: &Config,
-            recording: &Recording,
-            snapshots: &[usize],
-            seed: Seed,
-        ) -> Result<Learned> {
-            config.check()?;
-            if snapshots.is_empty() {
-                return Err(Error::work(format!(
-                    "{}: no snapshot to learn from; expected at least one", config.kind()
-                )));
-            }
-            Ok(match config {
-                $(Config::$kind(config) => {
-                    Learned::$kind($module::$kind::learn(config, recording, snapshots, seed)?)
-                })*
-            })
+    ($($members:tt)*) => {
+        crate::registry::registry! {
+            "recogniser", Recogniser, as_recogniser, File, "ballmark_recogniser", "recogniser";
+            $($members)*
         }
     };
 }
-
 members!(registry);
-
-impl fmt::Display for Kind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Kind {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        let found = Kind::ALL.iter().find(|kind| kind.name() == name);
-        found.copied().ok_or_else(|| {
-            let names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
-            Error::usage(format!(
-                "no recogniser `{}`; expected one of {}",
-                name.escape_debug(),
-                names.join(", ")
-            ))
-        })
-    }
-}
-
-/// The file of a recogniser that has learned.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File<T> {
-    /// Version of this crate that learned it.
-    ballmark_recogniser: String,
-    recogniser: T,
-}
-
-impl Learned {
-    /// Writes it as JSON, whole or not at all; what is read back gives the same answers to the bit.
-    ///
-    /// # Errors
-    /// Where the file can't be written.
-    pub fn write(&self, path: &Path) -> Result<()> {
-        let file = File {
-            ballmark_recogniser: env!("CARGO_PKG_VERSION").to_string(),
-            recogniser: self,
-        };
-        storage::write_file(path, |out| Ok(serde_json::to_writer(out, &file)?))
-    }
-
-    /// Reads what [`Learned::write`] wrote.
-    ///
-    /// # Errors
-    /// Where the file is no recogniser, or a damaged one.
-    pub fn read(path: &Path) -> Result<Self> {
-        let file: File<Self> = serde_json::from_slice(&storage::read_file(path)?).map_err(|e| {
-            Error::file(
-                path,
-                format!("{e}; expected a recogniser as JSON, whole and of this version"),
-            )
-        })?;
-        file.recogniser.check().map_err(|e| e.in_file(path))?;
-        Ok(file.recogniser)
-    }
-}
 
 #[cfg(test)]
 mod laws;

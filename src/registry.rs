@@ -1,0 +1,173 @@
+//! Lists of members that share a trait: one line each, and configurations, names and files follow.
+
+/// Makes of a list of members the enumerations `Kind` (which), `Config` (its constants) and `Learned` (what it made of a
+/// recording), the function `learn`, and reading and writing of files.
+///
+/// The first line says: the noun for messages, the trait that all members implement, the method that gives it, the name
+/// of the file's type and its two keys. Then a member a line: what it is called in code, its file (which is its name),
+/// its constants, and what it is. The room has traits `Learn` with `learn` and `check`, and every type of constants has
+/// `check`.
+macro_rules! registry {
+    (
+        $noun:literal, $trait:ident, $as_trait:ident, $file:ident, $version_key:literal, $content_key:literal;
+        $($kind:ident, $module:ident, $config:ident, $what:literal;)*
+    ) => {
+        #[doc = concat!("All ", $noun, "s there are.")]
+        #[derive(
+            Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
+        )]
+        #[serde(rename_all = "snake_case")]
+        pub enum Kind { $(#[doc = $what] $kind,)* }
+
+        impl Kind {
+            /// All of them, in the order of the registry.
+            pub const ALL: &[Kind] = &[$(Kind::$kind),*];
+
+            /// The name that configurations, tables and files use.
+            pub fn name(self) -> &'static str {
+                match self { $(Kind::$kind => stringify!($module),)* }
+            }
+
+            /// What it is, in a sentence.
+            pub fn what(self) -> &'static str {
+                match self { $(Kind::$kind => $what,)* }
+            }
+
+            /// Its printed constants.
+            pub fn default_config(self) -> Config {
+                match self { $(Kind::$kind => Config::$kind(Default::default()),)* }
+            }
+        }
+
+        impl std::fmt::Display for Kind {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl std::str::FromStr for Kind {
+            type Err = crate::error::Error;
+
+            fn from_str(name: &str) -> crate::error::Result<Self> {
+                let found = Kind::ALL.iter().find(|kind| kind.name() == name);
+                found.copied().ok_or_else(|| {
+                    let names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
+                    crate::error::Error::usage(format!(
+                        concat!("no ", $noun, " `{}`; expected one of {}"),
+                        name.escape_debug(),
+                        names.join(", ")
+                    ))
+                })
+            }
+        }
+
+        #[doc = concat!("The constants of one ", $noun, "; in a file, `kind` says of which. An unknown key is an error.")]
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(tag = "kind", rename_all = "snake_case")]
+        pub enum Config { $(#[doc = $what] $kind($module::$config),)* }
+
+        impl Config {
+            /// Whose constants these are.
+            pub fn kind(&self) -> Kind {
+                match self { $(Config::$kind(_) => Kind::$kind,)* }
+            }
+
+            /// # Errors
+            /// A usage error where a constant makes no sense; the message names its key.
+            pub fn check(&self) -> crate::error::Result<()> {
+                match self { $(Config::$kind(config) => config.check(),)* }
+            }
+        }
+
+        #[doc = concat!("A ", $noun, " that has learned, whichever it is: what a file holds.")]
+        #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+        // There is one of these at a time, not thousands side by side.
+        #[allow(clippy::large_enum_variant)]
+        #[serde(tag = "kind", content = "learned", rename_all = "snake_case")]
+        pub enum Learned { $(#[doc = $what] $kind($module::$kind),)* }
+
+        impl Learned {
+            /// Whoever it is.
+            pub fn $as_trait(&self) -> &dyn $trait {
+                match self { $(Learned::$kind(learned) => learned,)* }
+            }
+
+            /// The same, alone.
+            pub fn boxed(self) -> Box<dyn $trait> {
+                match self { $(Learned::$kind(learned) => Box::new(learned),)* }
+            }
+
+            fn check(&self) -> crate::error::Result<()> {
+                match self { $(Learned::$kind(learned) => learned.check(),)* }
+            }
+
+            /// Writes it as JSON, whole or not at all; what is read back gives the same answers to the bit.
+            ///
+            /// # Errors
+            /// Where the file can't be written.
+            pub fn write(&self, path: &std::path::Path) -> crate::error::Result<()> {
+                let file = $file {
+                    version: env!("CARGO_PKG_VERSION").to_string(),
+                    content: self,
+                };
+                crate::storage::write_file(path, |out| Ok(serde_json::to_writer(out, &file)?))
+            }
+
+            /// Reads what [`Learned::write`] wrote.
+            ///
+            /// # Errors
+            /// Where the file is none of its kind, or a damaged one.
+            pub fn read(path: &std::path::Path) -> crate::error::Result<Self> {
+                let bytes = crate::storage::read_file(path)?;
+                let file: $file<Self> = serde_json::from_slice(&bytes).map_err(|e| {
+                    crate::error::Error::file(
+                        path,
+                        format!(
+                            concat!("{}; expected a ", $noun, " as JSON, whole and of this version"),
+                            e
+                        ),
+                    )
+                })?;
+                file.content.check().map_err(|e| e.in_file(path))?;
+                Ok(file.content)
+            }
+        }
+
+        #[doc = concat!("The file of a ", $noun, " that has learned.")]
+        #[derive(serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct $file<T> {
+            /// Version of this crate that learned it.
+            #[serde(rename = $version_key)]
+            version: String,
+            #[serde(rename = $content_key)]
+            content: T,
+        }
+
+        #[doc = concat!("The ", $noun, " that these constants ask for learns from some snapshots of a recording: the mapping part, in the order it was driven.")]
+        ///
+        /// # Errors
+        /// A usage error where a constant makes no sense; a work error where the snapshots are none, or not enough to
+        /// learn from.
+        pub fn learn(
+            config: &Config,
+            recording: &crate::recording::Recording,
+            snapshots: &[usize],
+            seed: crate::seed::Seed,
+        ) -> crate::error::Result<Learned> {
+            config.check()?;
+            if snapshots.is_empty() {
+                return Err(crate::error::Error::work(format!(
+                    "{}: no snapshot to learn from; expected at least one", config.kind()
+                )));
+            }
+            Ok(match config {
+                $(Config::$kind(config) => {
+                    Learned::$kind($module::$kind::learn(config, recording, snapshots, seed)?)
+                })*
+            })
+        }
+    };
+}
+
+pub(crate) use registry;
