@@ -5,4 +5,6 @@ pub mod convergence;
 pub mod global;
 pub mod held_out;
 pub mod kernels;
+pub mod laps;
+pub mod stage;
 pub mod trials;
