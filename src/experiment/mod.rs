@@ -7,4 +7,5 @@ pub mod held_out;
 pub mod kernels;
 pub mod laps;
 pub mod stage;
+pub mod standard;
 pub mod trials;

@@ -98,6 +98,15 @@ impl StageConfig {
     }
 }
 
+/// A run that was divided into laps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LapsOfRun {
+    /// Snapshots of the run.
+    pub run: Range<usize>,
+    /// Mean length of a lap, metres.
+    pub lap_m: f64,
+}
+
 /// A recording with its parts and its truth.
 #[derive(Debug, Clone)]
 pub struct Stage<'a> {
@@ -115,8 +124,8 @@ pub struct Stage<'a> {
     /// Lap, run or stretch of every snapshot, numbered from 0: what a bootstrap resamples, and what a trial stays in where
     /// there are no laps.
     pub unit: Vec<usize>,
-    /// Mean length of a lap, metres, where the testing part is made of laps.
-    pub lap_m: Option<f64>,
+    /// The run that was divided into laps.
+    pub laps: Option<LapsOfRun>,
     /// What a table's caption must say of it.
     pub notes: Vec<String>,
 }
@@ -140,7 +149,7 @@ impl<'a> Stage<'a> {
             place: recording.poses().iter().map(|p| [p.x_m, p.y_m]).collect(),
             travelled_m: recording.travelled_m(),
             unit: vec![0; recording.len()],
-            lap_m: None,
+            laps: None,
             notes,
         };
         match config.mapping {
@@ -149,6 +158,12 @@ impl<'a> Stage<'a> {
             Mapping::Split => stage.by_split(&config.split)?,
         }
         Ok(stage)
+    }
+
+    /// Does the way go on from one snapshot to the next: within a lap, run or stretch, or from lap to lap?
+    pub fn is_one_way(&self, from: usize, to: usize) -> bool {
+        let of_laps = |laps: &LapsOfRun| laps.run.contains(&from) && laps.run.contains(&to);
+        self.unit[from] == self.unit[to] || self.laps.as_ref().is_some_and(of_laps)
     }
 
     /// A grid of square bins over all places, laid as D98 6.4 lays it.
@@ -184,7 +199,10 @@ impl<'a> Stage<'a> {
             starts_s => trace.laps_at(&self.snapshots_at(starts_s, &first)?),
         };
         let starts: Vec<usize> = trace.first_points(&laps);
-        self.lap_m = Some(laps.length_m);
+        self.laps = Some(LapsOfRun {
+            run: first.clone(),
+            lap_m: laps.length_m,
+        });
         for (lap, &start) in starts.iter().enumerate() {
             self.unit[start..first.end].fill(lap);
         }

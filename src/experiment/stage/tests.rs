@@ -74,8 +74,8 @@ fn laps_and_corrected_odometry_agree_with_the_truth_in_all_worlds() {
         println!(
             "{name}: lap {:.1} m by poses, {:.1} m by odometry; starts off by at most {:.2} m and {:.2} m; corrected \
              odometry off by {apart:.2} m, laps by {between:.2} m from the first",
-            truth.lap_m.unwrap(),
-            ours.lap_m.unwrap(),
+            truth.laps.as_ref().unwrap().lap_m,
+            ours.laps.as_ref().unwrap().lap_m,
             furthest[0],
             furthest[1]
         );
