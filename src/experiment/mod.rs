@@ -6,4 +6,6 @@ pub mod global;
 pub mod held_out;
 pub mod kernels;
 pub mod printed;
+pub mod laps;
+pub mod stage;
 pub mod trials;
