@@ -5,4 +5,5 @@ pub mod convergence;
 pub mod global;
 pub mod held_out;
 pub mod kernels;
+pub mod printed;
 pub mod trials;
