@@ -5,6 +5,7 @@ pub mod convergence;
 pub mod global;
 pub mod held_out;
 pub mod kernels;
+pub mod printed;
 pub mod laps;
 pub mod stage;
 pub mod standard;

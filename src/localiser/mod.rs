@@ -23,6 +23,7 @@
 //!
 //! A new localiser is one file, which implements [`Localiser`] and [`Learn`], and one line in the registry below.
 
+pub mod bayes;
 pub mod codes;
 pub mod dead_reckoning;
 pub mod features;
@@ -141,6 +142,7 @@ macro_rules! members {
     ($then:ident) => {
         $then! {
             DeadReckoning, dead_reckoning, DeadReckoningConfig, "Dead reckoning from a known start, never corrected.";
+            Bayes, bayes, BayesConfig, "BaLL's grid Bayes filter over learned features (Thrun 1998).";
         }
     };
 }

@@ -129,7 +129,7 @@ impl<L: Eq + Hash, R: Eq + Hash> Contingency<L, R> {
 }
 
 /// Number of a label: that of its first appearance.
-fn ordinal<T: Eq + Hash>(labels: &mut HashMap<T, usize>, label: T) -> usize {
+pub(super) fn ordinal<T: Eq + Hash>(labels: &mut HashMap<T, usize>, label: T) -> usize {
     if let Some(&known) = labels.get(&label) {
         return known; // nearly always; `entry` is slower
     }
