@@ -2,6 +2,7 @@
 
 pub mod contenders;
 pub mod convergence;
+pub mod error_reduction;
 pub mod global;
 pub mod held_out;
 pub mod kernels;
