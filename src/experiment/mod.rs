@@ -6,4 +6,5 @@ pub mod error_reduction;
 pub mod global;
 pub mod held_out;
 pub mod kernels;
+pub mod landmarks;
 pub mod trials;
