@@ -6,6 +6,7 @@ pub mod error_reduction;
 pub mod global;
 pub mod held_out;
 pub mod kernels;
+pub mod landmarks;
 pub mod laps;
 pub mod printed;
 pub mod stage;

@@ -29,6 +29,7 @@ pub mod dead_reckoning;
 pub mod features;
 mod filter;
 pub mod kernel;
+pub mod local_grid;
 
 pub use filter::{BayesLocaliser, SensorModel};
 
@@ -143,6 +144,7 @@ macro_rules! members {
         $then! {
             DeadReckoning, dead_reckoning, DeadReckoningConfig, "Dead reckoning from a known start, never corrected.";
             Bayes, bayes, BayesConfig, "BaLL's grid Bayes filter over learned features (Thrun 1998).";
+            LocalGrid, local_grid, LocalGridConfig, "Correction by the nearest expected perception around the reckoned pose (Ruiz-Mayor et al. 2006).";
         }
     };
 }
