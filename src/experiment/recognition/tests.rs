@@ -9,7 +9,6 @@ fn recording() -> Recording {
     let config = CorridorConfig {
         runs: 3,
         spacing_m: 0.5,
-        ..CorridorConfig::default()
     };
     thrun1998(Seed(2), &config).unwrap()
 }
