@@ -7,4 +7,8 @@ pub mod global;
 pub mod held_out;
 pub mod kernels;
 pub mod landmarks;
+pub mod laps;
+pub mod printed;
+pub mod stage;
+pub mod standard;
 pub mod trials;

@@ -23,11 +23,13 @@
 //!
 //! A new localiser is one file, which implements [`Localiser`] and [`Learn`], and one line in the registry below.
 
+pub mod bayes;
 pub mod codes;
 pub mod dead_reckoning;
 pub mod features;
 mod filter;
 pub mod kernel;
+pub mod local_grid;
 
 pub use filter::{BayesLocaliser, SensorModel};
 
@@ -141,6 +143,8 @@ macro_rules! members {
     ($then:ident) => {
         $then! {
             DeadReckoning, dead_reckoning, DeadReckoningConfig, "Dead reckoning from a known start, never corrected.";
+            Bayes, bayes, BayesConfig, "BaLL's grid Bayes filter over learned features (Thrun 1998).";
+            LocalGrid, local_grid, LocalGridConfig, "Correction by the nearest expected perception around the reckoned pose (Ruiz-Mayor et al. 2006).";
         }
     };
 }
