@@ -144,3 +144,5 @@ members!(registry);
 
 #[cfg(test)]
 mod laws;
+#[cfg(test)]
+pub(crate) mod room;
