@@ -44,7 +44,6 @@
 // ground: what everyone stands on
 pub mod error;
 pub mod geometry;
-mod registry;
 pub mod seed;
 pub mod storage;
 
@@ -53,6 +52,9 @@ pub mod archive;
 
 // what a robot saw, and the files it comes in
 pub mod recording;
+
+// members that share a trait: configurations, names and files from one list
+mod registry;
 
 // simulated buildings and robots that yield Recordings
 pub mod world;

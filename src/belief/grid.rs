@@ -34,7 +34,9 @@ impl Default for GridConfig {
 }
 
 impl GridConfig {
-    fn check(&self) -> Result<()> {
+    /// # Errors
+    /// A usage error where a value makes no sense; the message names its key.
+    pub fn check(&self) -> Result<()> {
         let wrong = |key: &str, value: String, expected: &str| {
             Err(Error::usage(format!(
                 "grid: `{key}` is {value}; expected {expected}"

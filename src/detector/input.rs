@@ -218,6 +218,15 @@ impl Input {
         names.join(", ")
     }
 
+    /// Does a recording with these channels have all that the inputs come from?
+    ///
+    /// # Errors
+    /// Where a channel is missing or has another width or unit; the message names it.
+    pub fn check_channels(&self, channels: &[Channel]) -> Result<()> {
+        let mut wanted = self.channels.iter();
+        wanted.try_for_each(|wanted| wanted.find(channels).map(|_| ()))
+    }
+
     /// The raw values of our channels side by side, `[snapshot, value]`.
     fn arrange(&self, recording: &Recording) -> Result<Array2<f32>> {
         let mut columns = Vec::new();

@@ -4,6 +4,7 @@ mod camera;
 pub mod ceiling_light;
 pub mod device;
 pub mod door;
+pub mod filters;
 pub mod input;
 pub mod net;
 pub mod random_projection;

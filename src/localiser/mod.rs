@@ -23,6 +23,7 @@
 //!
 //! A new localiser is one file, which implements [`Localiser`] and [`Learn`], and one line in the registry below.
 
+pub mod bayes;
 pub mod codes;
 pub mod dead_reckoning;
 pub mod evidence;
@@ -30,6 +31,7 @@ pub mod features;
 mod filter;
 pub mod kernel;
 pub mod landmark_classifier;
+pub mod local_grid;
 pub mod memoryless;
 pub mod place_map;
 mod prepared;
@@ -149,6 +151,8 @@ macro_rules! members {
             LandmarkClassifier, landmark_classifier, LandmarkClassifierConfig, "Nearest neighbour on the places of its map.";
             Memoryless, memoryless, MemorylessConfig, "Any recogniser, which answers by what is seen now.";
             DeadReckoning, dead_reckoning, DeadReckoningConfig, "Dead reckoning from a known start, never corrected.";
+            Bayes, bayes, BayesConfig, "BaLL's grid Bayes filter over learned features (Thrun 1998).";
+            LocalGrid, local_grid, LocalGridConfig, "Correction by the nearest expected perception around the reckoned pose (Ruiz-Mayor et al. 2006).";
         }
     };
 }

@@ -5,24 +5,17 @@
 //! and those of two laps are rarely the same to the bit. A snapshot with another pattern gets the likeliest known one, the f
 //! of largest P(f|s) = Π_i P(f_i|s) (T98 eq. 33); a known pattern is that itself.
 
-mod saved;
-
 use super::{Learn, Recogniser, Response};
 use crate::{
-    detector::{
-        Detector, device,
-        input::Input,
-        net::{NetDetector, Weights},
-    },
+    detector::{Detector, filters::Filters},
     error::{Error, Result},
     model::Model,
     recording::{Channel, Columns, Observation, Recording},
     seed::Seed,
 };
 use ndarray::{Array2, ArrayView1};
-use saved::Saved;
 use serde::{Deserialize, Serialize};
-use std::{fmt, path::PathBuf};
+use std::path::PathBuf;
 
 /// Which model, and how many of its patterns.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -57,32 +50,28 @@ impl BallConfig {
 }
 
 /// A trained detector and the patterns of bits that the mapping part showed, from the most frequent on.
-#[derive(Serialize, Deserialize)]
-#[serde(try_from = "Saved", into = "Saved")]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Ball {
-    input: Input,
-    weights: Weights,
-    detector: NetDetector,
+    filters: Filters,
     patterns: Vec<Vec<bool>>,
 }
 
 impl Ball {
-    /// A recogniser from a detector's parts; [`Learn::learn`] takes them from a model file.
+    /// A recogniser from trained filters; [`Learn::learn`] takes them from a model file.
     ///
     /// # Errors
     /// Where the recording lacks a channel that the detector works from, or there is nothing to learn from.
     pub fn new(
         config: &BallConfig,
-        input: Input,
-        weights: Weights,
+        filters: Filters,
         recording: &Recording,
         snapshots: &[usize],
     ) -> Result<Self> {
         config.check_patterns()?;
-        let detector = NetDetector::new(input.clone(), &weights, &device::cpu());
         let shown = recording.select(snapshots)?;
         let mut patterns: Vec<(Vec<bool>, usize)> = Vec::new();
-        for g in detector.probabilities(&shown)?.rows() {
+        for g in filters.probabilities(&shown)?.rows() {
             let bits: Vec<bool> = g.iter().map(|&g| g > 0.5).collect();
             match patterns.iter_mut().find(|(known, _)| *known == bits) {
                 Some((_, times)) => *times += 1,
@@ -93,9 +82,7 @@ impl Ball {
         patterns.sort_by_key(|(_, times)| std::cmp::Reverse(*times));
         patterns.truncate(config.most_patterns.unwrap_or(usize::MAX));
         Ok(Self {
-            input,
-            weights,
-            detector,
+            filters,
             patterns: patterns.into_iter().map(|(bits, _)| bits).collect(),
         })
     }
@@ -122,7 +109,7 @@ impl Ball {
     }
 
     fn answers(&self, recording: &Recording) -> Result<Vec<Option<Response>>> {
-        let g = self.detector.probabilities(recording)?;
+        let g = self.filters.probabilities(recording)?;
         Ok(g.rows().into_iter().map(|g| self.likeliest(g)).collect())
     }
 }
@@ -138,17 +125,12 @@ impl Learn for Ball {
     ) -> Result<Self> {
         config.check()?;
         let model = Model::read(&config.model)?;
-        Self::new(
-            config,
-            model.header.input,
-            model.weights,
-            recording,
-            snapshots,
-        )
+        let filters = Filters::new(model.header.input, model.weights);
+        Self::new(config, filters, recording, snapshots)
     }
 
     fn check(&self) -> Result<()> {
-        let n = self.weights.features();
+        let n = self.filters.features();
         match self.patterns.iter().all(|bits| bits.len() == n) && !self.patterns.is_empty() {
             true => Ok(()),
             false => Err(Error::work(format!(
@@ -172,9 +154,7 @@ impl Recogniser for Ball {
     }
 
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
-        let width = channels.iter().map(|channel| channel.width).sum();
-        let nothing = alone(channels, vec![f32::NAN; width])?;
-        self.detector.probabilities(&nothing).map(|_| ())
+        self.filters.check_channels(channels)
     }
 
     /// The likeliest known pattern; the fit is the geometric mean of its P(f_i|s).
@@ -204,27 +184,6 @@ fn alone(channels: &[Channel], values: Vec<f32>) -> Result<Recording> {
         run: vec![0],
         ..Columns::default()
     })
-}
-
-impl fmt::Debug for Ball {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Ball")
-            .field("input", &self.input)
-            .field("weights", &self.weights)
-            .field("patterns", &self.patterns)
-            .finish_non_exhaustive()
-    }
-}
-
-impl Clone for Ball {
-    fn clone(&self) -> Self {
-        Self {
-            input: self.input.clone(),
-            weights: self.weights.clone(),
-            detector: NetDetector::new(self.input.clone(), &self.weights, &device::cpu()),
-            patterns: self.patterns.clone(),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::{
     detector::{
+        filters::Filters,
         input::{Input, InputConfig},
         net::{Activation, NetConfig, Weights},
     },
@@ -42,8 +43,7 @@ fn learned(kind: Kind, recording: &Recording, seed: Seed) -> Learned {
     weights.layers.iter_mut().for_each(|l| l.weight *= 5.0);
     let ball = Ball::new(
         &BallConfig::default(),
-        input,
-        weights,
+        Filters::new(input, weights),
         recording,
         &first_lap(),
     );

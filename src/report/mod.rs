@@ -1,6 +1,7 @@
-//! Results as tables and pictures: values in, text out (plain, CSV, Markdown, SVG); whoever calls writes the files.
+//! Results as tables and pictures: values in, text out (plain, CSV, Markdown, LaTeX, SVG); whoever calls writes the files.
 
 mod canvas;
+mod latex;
 pub mod localisation;
 mod plan;
 mod plane;

@@ -1,4 +1,6 @@
-//! A small table, for the terminal, for other programs (CSV) and for documents (Markdown).
+//! A small table, for the terminal, for other programs (CSV) and for documents (Markdown, LaTeX).
+
+use super::latex;
 
 /// What stands in one place of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,6 +13,8 @@ pub enum Cell {
     Count(u64),
     /// No value: a dash for readers, nothing in CSV. Say why in the caption.
     Missing,
+    /// What should have given the value failed; the number is that of a [footnote](Table::footnote), which says why.
+    Failed(usize),
 }
 
 impl Cell {
@@ -32,6 +36,7 @@ impl Cell {
             }
             Cell::Count(count) => count.to_string(),
             Cell::Number(..) | Cell::Missing => "–".to_string(),
+            Cell::Failed(note) => format!("failed [{note}]"),
         }
     }
 
@@ -41,6 +46,7 @@ impl Cell {
             Cell::Number(value, _) if value.is_finite() => value.to_string(),
             Cell::Count(count) => count.to_string(),
             Cell::Number(..) | Cell::Missing => String::new(),
+            Cell::Failed(_) => "failed".to_string(),
         }
     }
 }
@@ -68,6 +74,7 @@ pub struct Table {
     headers: Vec<String>,
     rows: Vec<Vec<Cell>>,
     caption: Vec<String>,
+    footnotes: Vec<String>,
 }
 
 impl Table {
@@ -89,6 +96,23 @@ impl Table {
     /// Adds a line below the table.
     pub fn caption(&mut self, line: impl Into<String>) {
         self.caption.push(line.into());
+    }
+
+    /// The number of a footnote that says this; the same words get the same number.
+    pub fn footnote(&mut self, words: impl Into<String>) -> usize {
+        let words = words.into();
+        let known = self.footnotes.iter().position(|known| *known == words);
+        1 + known.unwrap_or_else(|| {
+            self.footnotes.push(words);
+            self.footnotes.len() - 1
+        })
+    }
+
+    /// What stands below the table: footnotes, then the caption.
+    fn below(&self) -> impl Iterator<Item = String> {
+        let numbered = |(index, words): (usize, &String)| format!("[{}] {words}", index + 1);
+        let footnotes = self.footnotes.iter().enumerate().map(numbered);
+        footnotes.chain(self.caption.iter().cloned())
     }
 
     /// For the terminal: columns aligned, numbers flush right.
@@ -120,8 +144,7 @@ impl Table {
                 text.push('\n');
             }
         }
-        self.caption
-            .iter()
+        self.below()
             .for_each(|line| text.extend([line.as_str(), "\n"]));
         text
     }
@@ -149,10 +172,26 @@ impl Table {
                 text.push_str(&format!("| {} |\n", rule.collect::<Vec<_>>().join(" | ")));
             }
         }
-        self.caption
-            .iter()
+        self.below()
             .for_each(|line| text.extend(["\n", line.as_str(), "\n"]));
         text
+    }
+
+    /// For LaTeX documents, to be `\input`: a plain `tabular` that asks for no package, then footnotes and caption as a
+    /// paragraph.
+    ///
+    /// ```
+    /// use ballmark::report::{Cell, Table};
+    /// let mut table = Table::new(["system", "50 % & more"]);
+    /// table.row([Cell::Text("nearest_1".into()), Cell::Number(0.5, 2)]);
+    /// assert_eq!(table.latex(), "\\begin{tabular}{lr}\n\\hline\nsystem & 50 \\% \\& more \\\\\n\\hline\n\
+    ///     nearest\\_1 & 0.50 \\\\\n\\hline\n\\end{tabular}\n");
+    /// ```
+    pub fn latex(&self) -> String {
+        let numeric = (0..self.headers.len())
+            .map(|c| self.is_numeric(c))
+            .collect();
+        latex::tabular(&self.shown(), numeric, self.below())
     }
 
     /// Headers and cells as a reader sees them.
@@ -205,6 +244,33 @@ mod tests {
         table.row([Cell::Number(-0.001, 2), Cell::number(Some(0.1 + 0.2), 1)]);
         assert_eq!(table.text(), "   a    b\n----  ---\n   –    –\n0.00  0.3\n");
         assert_eq!(table.csv(), "a,b\n,\n-0.001,0.30000000000000004\n");
+    }
+
+    #[test]
+    fn failures_are_numbered_and_told_below() {
+        let mut table = Table::new(["A", "B"]);
+        let (one, other) = (table.footnote("no compass"), table.footnote("one lap"));
+        assert_eq!((one, other, table.footnote("no compass")), (1, 2, 1));
+        table.row([Cell::Failed(one), Cell::Failed(other)]);
+        table.row([Cell::Count(3), Cell::Missing]);
+        table.caption("seed 1");
+        assert_eq!(
+            table.text(),
+            "         A           B\n----------  ----------\nfailed [1]  failed [2]\n         3           –\n\
+             [1] no compass\n[2] one lap\nseed 1\n"
+        );
+        assert_eq!(table.csv(), "A,B\nfailed,failed\n3,\n");
+        assert!(
+            table
+                .markdown()
+                .ends_with("\n[1] no compass\n\n[2] one lap\n\nseed 1\n")
+        );
+        assert!(table.latex().contains("failed {[}1] & failed {[}2] \\\\"));
+        assert!(
+            table
+                .latex()
+                .ends_with("\\end{tabular}\n\n{[}1] no compass\\\\\n{[}2] one lap\\\\\nseed 1\n")
+        );
     }
 
     #[test]

@@ -6,7 +6,8 @@
 //! [`Laser`] measures; [`people`] get in their way; a [`Compass`] tells the heading, and [`turret_headings`] how a turret
 //! follows it; a [`Camera`] looks. A [`robot`] drives a [`Route`], follows a wall or visits poses, and dead-reckons;
 //! [`building`] reads all of this from a file, walls also from a [`map_server`] map; [`simulation`] lets the robot drive
-//! run after run and records; [`corridor`] is Thrun's 89 metres.
+//! run after run and records; [`corridor`] is Thrun's 89 metres. [`ExpectedRanges`] turn it round: what a robot with
+//! the plan expects to measure.
 
 pub mod building;
 pub mod camera;
@@ -14,6 +15,7 @@ pub mod compass;
 pub mod corridor;
 mod echo;
 pub mod enclosure;
+mod expected_ranges;
 pub mod floor_plan;
 pub mod infrared;
 pub mod laser;
@@ -38,6 +40,7 @@ mod way;
 pub use building::{Building, WorldConfig};
 pub use camera::{Camera, CameraConfig};
 pub use compass::{Compass, CompassConfig};
+pub use expected_ranges::ExpectedRanges;
 pub use floor_plan::{FloorPlan, Material, Wall};
 pub use infrared::{Infrared, InfraredConfig};
 pub use laser::{Laser, LaserConfig};

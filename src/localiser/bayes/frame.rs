@@ -1,0 +1,106 @@
+//! Is a model's map one of this recording, and nothing more? Asked once, when the mapping part's labels are at hand.
+
+use super::Known;
+use crate::{
+    belief::{Grid, Neighbours, Places},
+    error::{Error, Result},
+    geometry::{Pose, wrapped},
+    recording::Recording,
+};
+use std::collections::HashSet;
+
+/// Share of the mapping part that must lie at mapped places. A map in another frame may still cross it here and there.
+const LEAST_MAPPED: f64 = 0.5;
+
+/// The map must know the places of the mapping part, in the recording's own frame, and must not have been made from
+/// snapshots that are answered later.
+///
+/// # Errors
+/// Where one of the two is not so, or the map lies along a route that the recording doesn't follow one way.
+pub(super) fn check(known: &Known, recording: &Recording, mapping: &[usize]) -> Result<()> {
+    let (map, mapped) = match &known.route_m {
+        Some(route) => (Places::Route(route.clone()), along_route(recording)?),
+        None => {
+            let poses = recording.poses().to_vec();
+            (Places::Plane(known.pose.clone()), Places::Plane(poses))
+        }
+    };
+    let near = Neighbours::find(&map, &mapped.select(mapping), &known.map.nearness)?;
+    let at_mapped = (0..mapping.len()).filter(|&k| near.is_mapped(k)).count();
+    if (at_mapped as f64) < LEAST_MAPPED * mapping.len() as f64 {
+        return Err(Error::work(format!(
+            "{at_mapped} of {} snapshots to learn from lie at places of the model's map; expected at least half: a model \
+             trained on this recording, or in its frame",
+            mapping.len()
+        )));
+    }
+    let seen = seen_outside(known, recording, mapping);
+    // One or two may be chance: runs like to begin at (0, 0, 0).
+    if seen > 2 {
+        return Err(Error::work(format!(
+            "the model has learned from {seen} snapshots of this recording that are not among those to learn from; \
+             expected one trained on these alone"
+        )));
+    }
+    Ok(())
+}
+
+fn along_route(recording: &Recording) -> Result<Places> {
+    match recording.route_m() {
+        Some(route) if recording.goes_one_way() => Ok(Places::Route(route.to_vec())),
+        _ => Err(Error::work(
+            "the model's map lies along a route, and the recording has none, or drives it backwards; expected a model \
+             trained on poses in the plane (leave `route` out of its dataset)",
+        )),
+    }
+}
+
+/// Snapshots outside of the mapping part, at poses where no snapshot of it is, that the map has to the last bit.
+fn seen_outside(known: &Known, recording: &Recording, mapping: &[usize]) -> usize {
+    let bits = |p: &Pose| [p.x_m.to_bits(), p.y_m.to_bits(), p.heading_rad.to_bits()];
+    let poses = recording.poses();
+    let own: HashSet<_> = mapping.iter().map(|&k| bits(&poses[k])).collect();
+    let map: HashSet<_> = known.pose.iter().map(bits).collect();
+    let foreign = |pose: &&Pose| map.contains(&bits(pose)) && !own.contains(&bits(pose));
+    poses.iter().filter(foreign).count()
+}
+
+/// By how much the headings of the map are turned from those of the compass: the direction of the mean, over the mapping
+/// part. None without a compass.
+pub(super) fn compass_zero_rad(recording: &Recording, mapping: &[usize]) -> Option<f64> {
+    let compass = recording.columns().compass_rad.as_ref()?;
+    let turned = |&k: &usize| recording.poses()[k].heading_rad - compass[k];
+    let (sin, cos) = mapping.iter().map(turned).fold((0.0, 0.0), |sum, turned| {
+        (sum.0 + turned.sin(), sum.1 + turned.cos())
+    });
+    Some(wrapped(sin.atan2(cos)))
+}
+
+/// Where the sites of a grid lie in the plane, `[site]`. Along a route a site lies on the straight line between the mapped
+/// places before and behind it.
+pub(super) fn sites(grid: &Grid, known: &Known) -> Vec<[f64; 2]> {
+    let sites = grid.len() / grid.headings();
+    match &**grid.places() {
+        Places::Plane(cells) => cells[..sites].iter().map(|p| [p.x_m, p.y_m]).collect(),
+        Places::Route(cells) => {
+            let route = known.route_m.iter().flatten();
+            let mut on_route: Vec<(f64, &Pose)> = route.copied().zip(&known.pose).collect();
+            on_route.sort_by(|a, b| a.0.total_cmp(&b.0));
+            cells.iter().map(|&x_m| between(&on_route, x_m)).collect()
+        }
+    }
+}
+
+/// The point at `x_m` along the route; past an end, the end. `on_route` is sorted and not empty.
+fn between(on_route: &[(f64, &Pose)], x_m: f64) -> [f64; 2] {
+    let behind = on_route.partition_point(|place| place.0 < x_m);
+    let (from, from_at) = on_route[behind.saturating_sub(1)];
+    let (to, to_at) = on_route[behind.min(on_route.len() - 1)];
+    let share = if to > from {
+        ((x_m - from) / (to - from)).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let mixed = |from_m: f64, to_m: f64| from_m + share * (to_m - from_m);
+    [mixed(from_at.x_m, to_at.x_m), mixed(from_at.y_m, to_at.y_m)]
+}
