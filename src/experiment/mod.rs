@@ -9,6 +9,7 @@ pub mod kernels;
 pub mod landmarks;
 pub mod laps;
 pub mod printed;
+pub mod recognition;
 pub mod stage;
 pub mod standard;
 pub mod trials;

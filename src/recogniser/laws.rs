@@ -82,6 +82,9 @@ fn recognises_something(kind: Kind) {
     let recogniser = learned.as_recogniser();
     assert_eq!(recogniser.name(), kind.name());
     assert!(recogniser.matches() > 0);
+    // The least is BaLL's four bits, the most a grid of 4096 cells; all patterns together are no more than its file.
+    let bytes = recogniser.bytes_per_place();
+    assert!((4..5000).contains(&bytes), "{kind}: {bytes} bytes");
     recogniser.check_channels(room.channels()).unwrap();
     let answers = recogniser.respond_all(&room, &all(&room));
     assert_eq!(answers.len(), room.len());
