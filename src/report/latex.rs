@@ -95,6 +95,7 @@ mod tests {
             vec![AWKWARD.to_string(), "[n]".into()],
             vec!["[x]".into(), "*".into()],
             vec!["* y".into(), "[1]".into()],
+            vec!["[3pt]".into(), "–".into()],
         ];
         let table = tabular(
             &rows,
