@@ -177,10 +177,17 @@ fn a_map_of_elsewhere_or_of_what_is_asked_later_is_refused() {
     let second: Vec<usize> = recording.runs()[1].clone().collect();
     let error = told(known.clone(), &second);
     assert!(error.contains("180 snapshots of this recording"), "{error}");
-    let mut on_route = known.clone();
-    on_route.route_m = Some(vec![0.0; 180]);
-    let error = told(on_route, &first);
-    assert!(error.contains("lies along a route"), "{error}");
+}
+
+#[test]
+fn a_route_that_the_recording_does_not_have_is_left_out() {
+    let (recording, known) = in_the_plane();
+    let on_route = Known {
+        route_m: Some(vec![0.0; 180]),
+        ..known
+    };
+    let bayes = Bayes::new(&coarse(), on_route, &recording, &first_run(&recording)).unwrap();
+    assert!(bayes.known.route_m.is_none() && bayes.grid.headings() == 8);
 }
 
 #[test]
