@@ -139,3 +139,5 @@ members!(registry);
 
 #[cfg(test)]
 mod laws;
+#[cfg(test)]
+pub(crate) mod room;

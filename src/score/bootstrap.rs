@@ -1,10 +1,13 @@
 //! How far the corrected coefficient of another sample of trials may differ: a bootstrap interval.
 
-use super::{contingency::Contingency, correction::corrected_coefficient};
+use super::{
+    contingency::{ByLocation, Contingency},
+    correction::corrected_coefficient,
+};
 use crate::seed::Seed;
 use rand::RngExt;
 use rayon::prelude::*;
-use std::hash::Hash;
+use std::{collections::BTreeMap, hash::Hash};
 
 /// A 95 % interval of the coefficient corrected for chance.
 ///
@@ -47,23 +50,48 @@ impl Interval {
         resamples: u64,
         seed: Seed,
     ) -> Option<Self> {
+        Self::of_mean(std::slice::from_ref(table), unit_of, resamples, seed)
+    }
+
+    /// The same for the mean coefficient of several tables, of which the k-th data points belong to one unit: trials
+    /// that are looked at again and again as they go on. One drawing of units serves all tables.
+    pub fn of_mean<L: Eq + Hash, R: Eq + Hash>(
+        tables: &[Contingency<L, R>],
+        unit_of: &[usize],
+        resamples: u64,
+        seed: Seed,
+    ) -> Option<Self> {
         let units = unit_of.iter().max().map_or(0, |&last| last + 1);
-        if units < 2 || unit_of.len() != table.len() {
+        if units < 2 || tables.iter().any(|table| unit_of.len() != table.len()) {
             return None;
         }
-        let coefficient = corrected_coefficient(&table.counts())?;
-        let points = table.by_location();
-        let mut resampled: Vec<f64> = (0..resamples)
+        let points: Vec<ByLocation> = tables.iter().map(Contingency::by_location).collect();
+        let coefficient = mean_coefficient(&points, |_| 1)?;
+        // How often which unit was drawn; few units are drawn alike again and again, and need be judged but once.
+        let mut drawings: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
+        let drawn: Vec<Vec<u64>> = (0..resamples)
             .into_par_iter()
-            .filter_map(|resample| {
+            .map(|resample| {
                 let mut stream = seed.numbered_stream("bootstrap resample", resample);
                 let mut times = vec![0; units];
                 for _ in 0..units {
                     times[stream.random_range(0..units)] += 1;
                 }
-                corrected_coefficient(&points.counts(|k| times[unit_of[k]]))
+                times
             })
             .collect();
+        for times in drawn {
+            *drawings.entry(times).or_default() += 1;
+        }
+        let drawings: Vec<(Vec<u64>, usize)> = drawings.into_iter().collect();
+        let judged: Vec<Vec<f64>> = drawings
+            .into_par_iter()
+            .map(|(times, alike)| {
+                let resampled = mean_coefficient(&points, |k| times[unit_of[k]]);
+                resampled.map_or(Vec::new(), |resampled| vec![resampled; alike])
+            })
+            .collect();
+        let mut resampled = judged.concat();
         if resampled.len() < 2 || 2 * (resampled.len() as u64) < resamples {
             return None;
         }
@@ -74,6 +102,17 @@ impl Interval {
             high: (quantile(&resampled, 0.975) + shift).clamp(coefficient, 1.0),
         })
     }
+}
+
+/// Mean corrected coefficient of the tables that have one, where the k-th data point counts `weight(k)` times.
+fn mean_coefficient(points: &[ByLocation], weight: impl Fn(usize) -> u64) -> Option<f64> {
+    let of_each = points
+        .iter()
+        .map(|points| corrected_coefficient(&points.counts(&weight)));
+    let (sum, tables) = of_each
+        .flatten()
+        .fold((0.0, 0.0), |(sum, n), c| (sum + c, n + 1.0));
+    (tables > 0.0).then(|| sum / tables)
 }
 
 /// Quantile of ascending values, linear between neighbours (Hyndman & Fan 1996, type 7).
@@ -129,6 +168,30 @@ mod tests {
             excluded += usize::from(interval.low > 0.0 || interval.high < 0.0);
         }
         assert!(excluded <= 4, "{excluded} of 40");
+    }
+
+    /// Of a mean of tables alike the interval is that of each; tables that err differently vary less together.
+    #[test]
+    fn the_mean_of_several_tables_has_one_interval() {
+        let table = |shift: usize| {
+            let mut table = Contingency::new();
+            let mut stream = Seed(8).numbered_stream("answers", shift as u64);
+            for trial in 0..60 {
+                let right = stream.random_bool(0.7);
+                table.record(trial % 3, if right { trial % 3 } else { 9 });
+            }
+            table
+        };
+        let units: Vec<usize> = (0..60).map(|trial| trial / 3).collect();
+        let of = |tables: &[Contingency<usize, usize>]| {
+            Interval::of_mean(tables, &units, 400, Seed(1)).unwrap()
+        };
+        let one = Interval::by_bootstrap(&table(0), &units, 400, Seed(1)).unwrap();
+        assert_eq!(of(&[table(0), table(0)]), one);
+        let many: Vec<_> = (0..8).map(table).collect();
+        let width = |interval: Interval| interval.high - interval.low;
+        assert!(width(of(&many)) < 0.7 * width(one));
+        assert_eq!(Interval::of_mean(&many, &units[1..], 400, Seed(1)), None);
     }
 
     #[test]

@@ -1,6 +1,15 @@
 //! The contingency table of true locations and responses (Duckett & Nehmzow 1998, 4.1, Fig. 3).
 
+use foldhash::fast::FixedState;
 use std::{collections::HashMap, hash::Hash};
+
+/// Numbers of labels. Hashed fast instead of safe from whoever picks labels to collide: they come from one's own run or
+/// file, there are few of them, and looking them up is most of the work of filling a table.
+pub(super) type Ordinals<T> = HashMap<T, usize, FixedState>;
+
+/// A table of at most so many cells, empty ones included, is counted as a whole; or of at most so many a data point.
+const DENSE_CELLS: usize = 1 << 12;
+const DENSE_CELLS_A_POINT: usize = 2;
 
 /// How often each response was given at each location. Any two types of label will do: bin numbers, names, sets.
 ///
@@ -40,8 +49,8 @@ use std::{collections::HashMap, hash::Hash};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Contingency<L, R> {
-    locations: HashMap<L, usize>,
-    responses: HashMap<R, usize>,
+    locations: Ordinals<L>,
+    responses: Ordinals<R>,
     /// `(location, response)`, one a data point, by order of the labels' first appearance.
     points: Vec<(usize, usize)>,
 }
@@ -65,8 +74,8 @@ impl<L: Eq + Hash, R: Eq + Hash> Contingency<L, R> {
     /// A table without data points.
     pub fn new() -> Self {
         Self {
-            locations: HashMap::new(),
-            responses: HashMap::new(),
+            locations: Ordinals::default(),
+            responses: Ordinals::default(),
             points: Vec::new(),
         }
     }
@@ -99,7 +108,28 @@ impl<L: Eq + Hash, R: Eq + Hash> Contingency<L, R> {
 
     /// The table's totals and cells.
     pub fn counts(&self) -> Counts {
-        self.by_location().counts(|_| 1)
+        let (rows, columns) = (self.locations.len(), self.responses.len());
+        let most = DENSE_CELLS.max(DENSE_CELLS_A_POINT * self.points.len());
+        match rows.checked_mul(columns) {
+            Some(cells) if (1..=most).contains(&cells) => self.dense_counts(rows, columns),
+            _ => self.by_location().counts(|_| 1),
+        }
+    }
+
+    /// The same counts by one walk over the data points, for tables that are not mostly empty.
+    fn dense_counts(&self, rows: usize, columns: usize) -> Counts {
+        let mut cells = vec![0; rows * columns]; // N_rl
+        for &(location, response) in &self.points {
+            cells[location * columns + response] += 1;
+        }
+        let mut responses = vec![0; columns];
+        let total_of = |row: &[u64]| row.iter().sum(); // N_•l (eq. 16)
+        let locations = cells.chunks(columns).map(total_of).collect();
+        for row in cells.chunks(columns) {
+            let totals = responses.iter_mut().zip(row);
+            totals.for_each(|(total, cell)| *total += cell); // N_r• (eq. 15)
+        }
+        Counts::new(locations, responses, cells)
     }
 
     /// Data points sorted by location, remembering in which order they were recorded.
@@ -129,7 +159,7 @@ impl<L: Eq + Hash, R: Eq + Hash> Contingency<L, R> {
 }
 
 /// Number of a label: that of its first appearance.
-pub(super) fn ordinal<T: Eq + Hash>(labels: &mut HashMap<T, usize>, label: T) -> usize {
+pub(super) fn ordinal<T: Eq + Hash>(labels: &mut Ordinals<T>, label: T) -> usize {
     if let Some(&known) = labels.get(&label) {
         return known; // nearly always; `entry` is slower
     }
@@ -240,6 +270,22 @@ mod tests {
         assert_eq!(counts.locations(), [2, 5]);
         assert_eq!(counts.responses(), [2, 5]);
         assert_eq!(counts.cells(), [2, 5]);
+    }
+
+    /// A table counted as a whole, and one too sparse for that, against the walk by location.
+    #[test]
+    fn both_ways_of_counting_agree() {
+        for (points, locations) in [(3_000, 40), (10_000, 9_000)] {
+            let mut table = Contingency::new();
+            for k in 0..points {
+                table.record(k * 7_919 % locations, k * k % 37);
+            }
+            let (rows, columns) = (table.locations.len(), table.responses.len());
+            let counts = table.by_location().counts(|_| 1);
+            assert_eq!(table.counts(), counts);
+            assert_eq!(table.dense_counts(rows, columns), counts);
+            assert_eq!(counts.total(), points as u64);
+        }
     }
 
     #[test]

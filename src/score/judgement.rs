@@ -7,7 +7,7 @@ use super::{
     uncertainty::Entropies,
 };
 use crate::seed::Seed;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::hash::Hash;
 
 /// How many random tables are drawn to judge one.
@@ -42,7 +42,7 @@ impl Default for Effort {
 /// assert_eq!(judgement.permutation_p, Some(0.001));
 /// assert_eq!(judgement.ci95, Some([1.0, 1.0]));
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
     /// Data points N.
     pub n: usize,

@@ -1,9 +1,12 @@
 //! A score for who answers with probabilities instead of one place: the uncertainty coefficient, carried over to soft
 //! posteriors.
 
-use super::{contingency::ordinal, uncertainty::entropy};
+use super::{
+    contingency::{Ordinals, ordinal},
+    uncertainty::entropy,
+};
 use crate::error::{Error, Result};
-use std::{collections::HashMap, hash::Hash};
+use std::hash::Hash;
 
 /// Share of the prior p(l) in what is scored, which keeps ln 0 out: a posterior that excludes the truth loses
 /// ln 100 nats and what the place is worth, not everything.
@@ -54,7 +57,7 @@ const ROUNDING: f64 = 1e-6;
 /// ```
 #[derive(Debug, Clone)]
 pub struct PosteriorScore<L> {
-    locations: HashMap<L, usize>,
+    locations: Ordinals<L>,
     /// Number of the true location and its probability, one a data point.
     points: Vec<(usize, Option<f64>)>,
 }
@@ -69,7 +72,7 @@ impl<L: Eq + Hash> PosteriorScore<L> {
     /// A score without data points.
     pub fn new() -> Self {
         Self {
-            locations: HashMap::new(),
+            locations: Ordinals::default(),
             points: Vec::new(),
         }
     }

@@ -8,6 +8,7 @@ mod config;
 mod fixture;
 mod furnishing;
 mod journey;
+mod landmarks;
 mod material;
 mod polyline;
 mod sensors;

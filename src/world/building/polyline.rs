@@ -2,6 +2,7 @@
 
 use super::{
     fixture::{Fixture, What, fixtures},
+    landmarks::Stretch,
     material::Materials,
     wall::{Side, WallConfig},
 };
@@ -145,6 +146,28 @@ impl Polyline {
             self.face(leg, [reached_m, whole_m], [0.0, f64::INFINITY], &mut walls);
         }
         walls
+    }
+
+    /// Its face on the plan from end to end, cut where something in it begins and ends.
+    pub(super) fn stretches(&self) -> impl Iterator<Item = Stretch> {
+        self.legs.iter().flat_map(|leg| {
+            let stretch = |[from_m, to_m]: [f64; 2], is_door| Stretch {
+                from: leg.line.point(from_m, 0.0),
+                to: leg.line.point(to_m, 0.0),
+                is_door,
+            };
+            let mut reached_m = 0.0;
+            let mut stretches = Vec::new();
+            for fixture in &leg.fixtures {
+                let end_m = fixture.at_m + fixture.width_m;
+                let is_door = matches!(fixture.what, What::Door(_));
+                stretches.push(stretch([reached_m, fixture.at_m], false));
+                stretches.push(stretch([fixture.at_m, end_m], is_door));
+                reached_m = end_m;
+            }
+            stretches.push(stretch([reached_m, leg.line.length_m()], false));
+            stretches
+        })
     }
 
     /// The face of the wall along a stretch of a leg, between two heights at most, in its paint.

@@ -1,0 +1,434 @@
+//! The standard experiment: trials of a fixed distance, played back from everywhere on the route, and what the answers
+//! tell about the place after every tenth of a metre.
+//!
+//! D98 (Duckett & Nehmzow 1998), 6.5: "we used trials of distance 20 m, starting at 5 s intervals along the recorded route
+//! data. … After running a localisation system for a large number of trials, the resulting data were split into 201
+//! separate contingency tables, one for distance 0 m plus one for each 0.10 m travelled by the robot. The performance
+//! measures H(L|R) and U(L|R) were then calculated for each of the tables."
+
+mod replay;
+
+pub use replay::{Trial, trials};
+
+use super::stage::Stage;
+use crate::{
+    error::{Error, Result},
+    localiser::{Estimate, Localiser, Player, Probable, Step},
+    score::{
+        Binning, Contingency, Effort, Entropies, Interval, Judgement, PosteriorScore,
+        corrected_coefficient,
+    },
+    seed::Seed,
+};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// The constants of the standard experiment; the default is D98's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StandardConfig {
+    /// Sides of the location bins, metres (6.4).
+    pub bin_m: f64,
+    /// Distance of a trial, metres (6.5).
+    pub trial_m: f64,
+    /// From one trial's start to the next one's, seconds (6.5).
+    pub every_s: f64,
+    /// From one contingency table to the next, metres travelled (6.5).
+    pub step_m: f64,
+    /// Random tables for the p-value at the end; 0: no p-value.
+    pub permutations: u64,
+    /// Bootstrap resamples for the intervals; 0: none.
+    pub resamples: u64,
+    /// The coefficient whose distance is told (D98 Table 2).
+    pub coefficient_to_reach: f64,
+}
+
+impl Default for StandardConfig {
+    fn default() -> Self {
+        let effort = Effort::default();
+        Self {
+            bin_m: 2.0,
+            trial_m: 20.0,
+            every_s: 5.0,
+            step_m: 0.1,
+            permutations: effort.permutations,
+            resamples: effort.resamples,
+            coefficient_to_reach: 0.9,
+        }
+    }
+}
+
+/// Most contingency tables of one experiment.
+const MOST_TABLES: f64 = 10_000.0;
+/// Most random tables that are drawn to judge one.
+pub(super) const MOST_DRAWINGS: u64 = 1_000_000;
+
+impl StandardConfig {
+    /// # Errors
+    /// A usage error that names the key out of bounds.
+    pub fn check(&self) -> Result<()> {
+        let wrong = |key: &str, value: f64, expected: &str| {
+            Err(Error::usage(format!(
+                "standard.{key} = {value}: expected {expected}"
+            )))
+        };
+        for (key, value) in [
+            ("bin_m", self.bin_m),
+            ("trial_m", self.trial_m),
+            ("every_s", self.every_s),
+            ("step_m", self.step_m),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return wrong(key, value, "more than 0");
+            }
+        }
+        if self.trial_m / self.step_m > MOST_TABLES {
+            return wrong(
+                "step_m",
+                self.step_m,
+                "a ten-thousandth of standard.trial_m or more",
+            );
+        }
+        if !(self.coefficient_to_reach > 0.0 && self.coefficient_to_reach <= 1.0) {
+            return wrong(
+                "coefficient_to_reach",
+                self.coefficient_to_reach,
+                "more than 0, up to 1",
+            );
+        }
+        for (key, value) in [
+            ("permutations", self.permutations),
+            ("resamples", self.resamples),
+        ] {
+            if value > MOST_DRAWINGS {
+                return wrong(key, value as f64, "1000000 or less");
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of contingency tables.
+    fn tables(&self) -> usize {
+        // A billionth of slack, or 20 m / 0.1 m might be short of 200.
+        (self.trial_m / self.step_m + 1e-9).floor() as usize + 1
+    }
+
+    fn distance_m(&self, table: usize) -> f64 {
+        table as f64 * self.step_m
+    }
+}
+
+/// What the answers tell at one distance into the trials.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AtDistance {
+    /// Metres travelled since the trial's start.
+    pub distance_m: f64,
+    /// H(L), nats.
+    pub entropy_of_location: f64,
+    /// H(L|R), nats.
+    pub entropy_of_location_given_response: f64,
+    /// U(L|R); none where all trials are at one location.
+    pub uncertainty_coefficient: Option<f64>,
+    /// The same corrected for chance.
+    pub uncertainty_coefficient_corrected: Option<f64>,
+}
+
+/// What the standard experiment says of a localiser.
+///
+/// Means are over the tables that have the figure. Answers counted as responses of their own: "outside", a place in
+/// none of the bins, and no answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StandardRecord {
+    /// Trials played.
+    pub trials: usize,
+    /// Location bins that the route goes through.
+    pub bins: usize,
+    /// Laps, runs or stretches that the trials start in: what the interval resamples.
+    pub units: usize,
+    /// Different responses given, over all tables.
+    pub responses: usize,
+    /// Share of the answers that were none.
+    pub unanswered: f64,
+    /// Share of the answers that were outside of all bins.
+    pub outside: f64,
+    /// Mean H(L), nats.
+    pub entropy_of_location: f64,
+    /// A row a table.
+    pub by_distance: Vec<AtDistance>,
+    /// Mean U(L|R) (D98 Table 2).
+    pub mean_uncertainty_coefficient: f64,
+    /// Mean of the corrected coefficient.
+    pub mean_uncertainty_coefficient_corrected: Option<f64>,
+    /// Mean H(L|R), nats (D98 Table 2).
+    pub mean_entropy_of_location_given_response: f64,
+    /// The first distance at which U(L|R) is [`StandardConfig::coefficient_to_reach`] or more, metres (D98 Table 2); none
+    /// where it never is.
+    pub distance_at_coefficient_m: Option<f64>,
+    /// The first distance from which it is so to the end, metres: the paper doesn't say which of the two it prints.
+    pub distance_from_coefficient_on_m: Option<f64>,
+    /// Mean U from the posterior; none where the localiser has no posterior.
+    pub mean_posterior_coefficient: Option<f64>,
+    /// The last table.
+    pub at_end: Judgement,
+    /// 95 % interval of the mean corrected coefficient, over units.
+    pub ci95_of_mean: Option<[f64; 2]>,
+    /// What a caption must say of it.
+    pub notes: Vec<String>,
+}
+
+/// What is counted as the response R.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+enum Answer {
+    /// A class, place or pattern of the localiser's own.
+    Class(usize),
+    /// A place in the plane, "coarse-coded into bins, using the same dotted grid as shown for the location binning" (7.1).
+    Bin(usize),
+    /// "Whenever the position estimate occupied one of the bins not occupied by the corrected odometer trace, the response
+    /// was classified as being `outside` the environment" (7.1).
+    Outside,
+    None,
+}
+
+/// What is counted of one snapshot of a trial.
+#[derive(Debug, Clone, Copy)]
+struct Heard {
+    /// The true location L.
+    location: usize,
+    answer: Answer,
+    /// How probable the localiser holds the true location, where it has a posterior.
+    probability: Option<f64>,
+}
+
+/// Plays the trials of a stage to a localiser, and judges its answers by these bins, which must be the stage's own.
+///
+/// ```
+/// use ballmark::{experiment::{stage::{Mapping, Stage, StageConfig}, standard::{self, StandardConfig}},
+///     localiser::{self, Kind}, seed::Seed, world::corridor};
+/// let config = corridor::CorridorConfig { runs: 2, spacing_m: 0.5, ..Default::default() };
+/// let recording = corridor::thrun1998(Seed(1), &config)?;
+/// let config = StageConfig { mapping: Mapping::FirstRun, ..Default::default() };
+/// let stage = Stage::set(&recording, &config)?;
+///
+/// let dead_reckoning = Kind::DeadReckoning.default_config();
+/// let learned = localiser::learn(&dead_reckoning, &stage.recording, &stage.mapping, Seed(1))?;
+/// let config = StandardConfig { every_s: 1.0, ..Default::default() };
+/// let binning = stage.binning(config.bin_m)?;
+/// let record = standard::play(&stage, &binning, learned.as_localiser(), &config, Seed(1))?;
+/// assert_eq!(record.by_distance.len(), 201);
+/// assert_eq!(record.by_distance[0].uncertainty_coefficient, Some(1.0)); // it was told the start
+/// # Ok::<(), ballmark::Error>(())
+/// ```
+///
+/// # Errors
+/// A usage error where a constant makes no sense; a work error where no trial fits the testing part, where all trials
+/// stay at one location, or where the localiser fails.
+pub fn play(
+    stage: &Stage,
+    binning: &Binning,
+    localiser: &dyn Localiser,
+    config: &StandardConfig,
+    seed: Seed,
+) -> Result<StandardRecord> {
+    config.check()?;
+    let (trials, mut notes) = trials(stage, config)?;
+    let player = localiser.prepare(&stage.recording, &stage.testing)?;
+    let heard: Vec<Vec<Heard>> = trials
+        .par_iter()
+        .enumerate()
+        .map(|(number, trial)| {
+            let steps = replay(stage, localiser, &*player, trial, number, seed)?;
+            heard(stage, binning, trial, &steps, localiser.is_blind())
+        })
+        .collect::<Result<_>>()?;
+    let at = |table: usize| {
+        let each = trials.iter().zip(&heard);
+        each.map(move |(trial, heard)| heard[trial.step_at[table]])
+    };
+    let tables: Vec<Contingency<usize, Answer>> = (0..config.tables())
+        .map(|number| {
+            let mut table = Contingency::new();
+            at(number).for_each(|heard| table.record(heard.location, heard.answer));
+            table
+        })
+        .collect();
+    let mut soft = Vec::new();
+    for number in 0..config.tables() {
+        let mut score = PosteriorScore::new();
+        for heard in at(number) {
+            score.record(heard.location, heard.probability)?;
+        }
+        soft.push(score);
+    }
+    let has_posterior = soft.iter().any(|score| score.answered() > 0);
+    let soft = mean(soft.iter().filter_map(PosteriorScore::coefficient));
+    let counted = || (0..tables.len()).flat_map(at).map(|heard| heard.answer);
+    let share = |answer: Answer| {
+        let same = counted().filter(|&given| given == answer).count();
+        same as f64 / (trials.len() * tables.len()) as f64
+    };
+    let by_distance: Vec<AtDistance> = tables
+        .par_iter()
+        .enumerate()
+        .map(|(at, table)| at_distance(config.distance_m(at), table))
+        .collect();
+    let Some(mean_uncertainty_coefficient) = mean(
+        by_distance
+            .iter()
+            .filter_map(|row| row.uncertainty_coefficient),
+    ) else {
+        return Err(Error::work(format!(
+            "standard: {} trials, all in one location bin at every distance; expected more trials, or smaller bins than \
+             {} m",
+            trials.len(),
+            config.bin_m
+        )));
+    };
+    let (units, unit_of) = numbered_from_zero(trials.iter().map(|trial| trial.unit));
+    let of_mean = Interval::of_mean(&tables, &unit_of, config.resamples, seed);
+    let reaches = |row: &AtDistance| {
+        row.uncertainty_coefficient
+            .is_some_and(|u| u >= config.coefficient_to_reach)
+    };
+    let first = by_distance.iter().position(reaches);
+    let below = by_distance.iter().rposition(|row| !reaches(row));
+    let from = below.map_or(0, |last| last + 1);
+    if units < 2 {
+        notes.push("all trials start in one lap, run or stretch: no interval".to_string());
+    }
+    let mut responses: Vec<Answer> = counted().collect();
+    responses.sort_unstable();
+    responses.dedup();
+    let effort = Effort {
+        permutations: config.permutations,
+        resamples: config.resamples,
+    };
+    Ok(StandardRecord {
+        trials: trials.len(),
+        bins: binning.bins(),
+        units,
+        responses: responses.len(),
+        unanswered: share(Answer::None),
+        outside: share(Answer::Outside),
+        entropy_of_location: mean(by_distance.iter().map(|row| row.entropy_of_location))
+            .unwrap_or_default(),
+        mean_uncertainty_coefficient,
+        mean_uncertainty_coefficient_corrected: mean(
+            by_distance
+                .iter()
+                .filter_map(|row| row.uncertainty_coefficient_corrected),
+        ),
+        mean_entropy_of_location_given_response: mean(
+            by_distance
+                .iter()
+                .map(|row| row.entropy_of_location_given_response),
+        )
+        .unwrap_or_default(),
+        distance_at_coefficient_m: first.map(|at| config.distance_m(at)),
+        distance_from_coefficient_on_m: (from < tables.len()).then(|| config.distance_m(from)),
+        mean_posterior_coefficient: soft.filter(|_| has_posterior),
+        at_end: Judgement::of(&tables[tables.len() - 1], &unit_of, effort, seed),
+        ci95_of_mean: of_mean.map(|interval| [interval.low, interval.high]),
+        by_distance,
+        notes,
+    })
+}
+
+/// Plays one trial: the same for any number of threads, as its stream is its own.
+fn replay(
+    stage: &Stage,
+    localiser: &dyn Localiser,
+    player: &dyn Player,
+    trial: &Trial,
+    number: usize,
+    seed: Seed,
+) -> Result<Vec<Step>> {
+    let start = stage.recording.poses()[trial.snapshots[0]];
+    let start = localiser.is_told_the_start().then_some(start);
+    let mut stream = seed.numbered_stream("standard trial", number as u64);
+    let steps = player.play(&trial.snapshots, start, &mut stream)?;
+    match steps.len() == trial.snapshots.len() {
+        true => Ok(steps),
+        false => Err(Error::work(format!(
+            "{}: {} answers to a trial of {} snapshots; expected one each",
+            localiser.name(),
+            steps.len(),
+            trial.snapshots.len()
+        ))),
+    }
+}
+
+/// What is counted of a trial, snapshot by snapshot. One who never looks stays outside once there, "for the rest of that
+/// trial" (7.1).
+fn heard(
+    stage: &Stage,
+    binning: &Binning,
+    trial: &Trial,
+    steps: &[Step],
+    blind: bool,
+) -> Result<Vec<Heard>> {
+    // With a thousandth of slack for rounding.
+    let diagonal_squared = 2.001 * binning.size_m().powi(2);
+    let mut lost = false;
+    let of_step = |(&snapshot, step): (&usize, &Step)| {
+        let location = location(stage, binning, snapshot)?;
+        let answer = match step.estimate {
+            _ if lost => Answer::Outside,
+            None => Answer::None,
+            Some(Estimate::Class(class)) => Answer::Class(class),
+            Some(Estimate::Place(p)) => binning.bin_of(p).map_or(Answer::Outside, Answer::Bin),
+        };
+        lost |= blind && answer == Answer::Outside;
+        // Most of a posterior lies too far away to be in the same bin, which is cheaply told.
+        let [x, y] = stage.place[snapshot];
+        let near = |p: [f64; 2]| (p[0] - x).powi(2) + (p[1] - y).powi(2) <= diagonal_squared;
+        let there =
+            |(place, _): &&Probable| near(*place) && binning.bin_of(*place) == Some(location);
+        let probability = step.posterior.iter().filter(there).map(|(_, p)| p).sum();
+        Ok(Heard {
+            location,
+            answer,
+            probability: (!step.posterior.is_empty()).then_some(probability),
+        })
+    };
+    trial.snapshots.iter().zip(steps).map(of_step).collect()
+}
+
+fn location(stage: &Stage, binning: &Binning, snapshot: usize) -> Result<usize> {
+    let place = stage.place[snapshot];
+    binning.bin_of(place).ok_or_else(|| {
+        Error::work(format!(
+            "standard: snapshot {snapshot} at ({}, {}) is in none of the bins; expected bins laid over this stage",
+            place[0], place[1]
+        ))
+    })
+}
+
+fn at_distance(distance_m: f64, table: &Contingency<usize, Answer>) -> AtDistance {
+    let counts = table.counts();
+    let entropies = Entropies::of(&counts);
+    AtDistance {
+        distance_m,
+        entropy_of_location: entropies.location,
+        entropy_of_location_given_response: entropies.location_given_response(),
+        uncertainty_coefficient: entropies.uncertainty_coefficient(),
+        uncertainty_coefficient_corrected: corrected_coefficient(&counts),
+    }
+}
+
+fn mean(figures: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, number) = figures.fold((0.0, 0.0), |(sum, n), figure| (sum + figure, n + 1.0));
+    (number > 0.0).then(|| sum / number)
+}
+
+/// How many different numbers there are, and which of them, in rising order, each is.
+pub(super) fn numbered_from_zero(units: impl Iterator<Item = usize>) -> (usize, Vec<usize>) {
+    let units: Vec<usize> = units.collect();
+    let mut different = units.clone();
+    different.sort_unstable();
+    different.dedup();
+    let number = |unit: &usize| different.partition_point(|other| other < unit);
+    (different.len(), units.iter().map(number).collect())
+}
+
+#[cfg(test)]
+mod tests;
