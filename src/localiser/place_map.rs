@@ -87,7 +87,7 @@ impl PlaceMapConfig {
 }
 
 /// A place of the map.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
     /// Mean position and heading of the robot within it.
@@ -286,15 +286,6 @@ fn difference(parts: &[(Range<usize>, f64)], a: &[f32], b: &[f32]) -> f64 {
         .iter()
         .map(|(part, weight)| weight * distance(part))
         .sum()
-}
-
-impl Default for Place {
-    fn default() -> Self {
-        Self {
-            pose: Pose::default(),
-            signature: Vec::new(),
-        }
-    }
 }
 
 /// Sums over the snapshots of a place.

@@ -1,7 +1,7 @@
 //! The small world that all recognisers and localisers are tried in.
 
 use crate::{
-    geometry::Pose,
+    geometry::{Pose, wrapped},
     recording::{Channel, Columns, Recording},
     seed::Seed,
 };
@@ -56,7 +56,7 @@ fn range_m(from: Pose, bearing: f64) -> f64 {
 
 fn recording(values: Array2<f32>, pose: Vec<Pose>) -> Recording {
     let k = pose.len();
-    let bearing = |i: usize| TAU * i as f64 / SONARS as f64;
+    let bearing = |i: usize| wrapped(TAU * i as f64 / SONARS as f64);
     Recording::new(Columns {
         channels: vec![Channel {
             name: "sonar".into(),
