@@ -1,5 +1,6 @@
 //! The loop that knows everyone: truth and response meet only here.
 
+pub mod compare;
 pub mod contenders;
 pub mod convergence;
 pub mod error_reduction;
