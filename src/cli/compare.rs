@@ -3,7 +3,10 @@
 use super::{Outcome, localise::write_text, print, progress::Progress, warn};
 use crate::{
     error::{Error, Result},
-    experiment::compare::{CompareConfig, Comparison, ComparisonRecord, Folders, compare},
+    experiment::compare::{
+        CompareConfig, Comparison, ComparisonRecord, Folders, HandMade, compare,
+    },
+    localiser, recogniser,
     report::comparison::{Reader, caption, pictures, sheets},
     storage,
 };
@@ -16,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// and the rest tests, unless [stage] says otherwise. Each of [standard], [recognition], [error_reduction] and [landmarks]
 /// that is there makes a table. BaLL's filters are trained on the mapping part alone.
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = HELP)]
+#[command(after_long_help = help())]
 pub struct Arguments {
     /// What is compared with what; file names in it are relative to it.
     #[arg(value_name = "C.toml", required_unless_present = "redraw")]
@@ -39,13 +42,32 @@ pub struct Arguments {
     json: bool,
 }
 
-const HELP: &str = "\
+/// All kinds of systems, by what they can be asked, and an example.
+fn help() -> String {
+    let recognisers = recogniser::Kind::ALL.iter().map(|kind| kind.name());
+    let localisers = localiser::Kind::ALL.iter().map(|kind| kind.name());
+    let listed = |names: &mut dyn Iterator<Item = &'static str>| -> String {
+        names.collect::<Vec<_>>().join(", ")
+    };
+    format!(
+        "\
+Kinds of recognisers (every section but [landmarks]): {}.
+
+Kinds of localisers ([standard]): {}.
+
+Landmarks chosen by people ([error_reduction], [landmarks]): {}.
+
 A system that fails is told in its cell, with the reason below the table, and stops nobody else.
 
 Exit status: 0 done, 1 nothing could be compared, 2 the call or the configuration is wrong, 3 done, but some cells failed.
 
 Example:
-  ballmark compare configs/compare-duckett1998-b.toml --toy --out b";
+  ballmark compare configs/compare-duckett1998-b.toml --toy --out b",
+        listed(&mut recognisers.into_iter()),
+        listed(&mut localisers.into_iter()),
+        listed(&mut HandMade::NAMES.into_iter()),
+    )
+}
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
     let out = arguments.out.as_deref();

@@ -70,7 +70,7 @@ impl Localiser for Memoryless {
 
     /// Not known: recognisers keep what they like.
     fn bytes_per_place(&self) -> usize {
-        0
+        self.recogniser().bytes_per_place()
     }
 
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {

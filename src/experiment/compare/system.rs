@@ -51,7 +51,8 @@ pub enum HandMade {
 }
 
 impl HandMade {
-    const NAMES: [&str; 2] = ["door", "ceiling_light"];
+    /// What all of them are called.
+    pub const NAMES: [&'static str; 2] = ["door", "ceiling_light"];
 
     /// What it is called.
     pub fn name(&self) -> &'static str {

@@ -176,3 +176,27 @@ fn what_makes_no_sense_together_is_refused() {
         &["bin_m"],
     );
 }
+
+#[test]
+fn the_documented_configuration_is_one() {
+    let page = include_str!("../../../docs/compare.md");
+    let toml = page
+        .split("```toml\n")
+        .nth(1)
+        .unwrap()
+        .split("```")
+        .next()
+        .unwrap();
+    let config = CompareConfig::parse(toml).unwrap();
+    assert_eq!(config.system.len(), 2);
+    let standard = config.standard.unwrap();
+    for (key, value) in [
+        ("bin_m", standard.bin_m),
+        ("trial_m", standard.trial_m),
+        ("every_s", standard.every_s),
+        ("step_m", standard.step_m),
+        ("coefficient_to_reach", standard.coefficient_to_reach),
+    ] {
+        assert!(page.contains(&format!("`{key}` {value}")), "{key} {value}");
+    }
+}

@@ -70,9 +70,13 @@ pub(super) fn sheet(comparison: &Comparison) -> Option<Sheet> {
         ]);
     }
     table.caption(format!(
-        "means over the datasets; T = time a match in units of the nearest neighbour's{}; measured on this machine, so not\n  \
-         the same from call to call",
-        if unit.is_some() { "" } else { " (–: none takes part)" }
+        "means over the datasets; T = time a match in units of the nearest neighbour's{};\n  \
+         measured on this machine, so not the same from call to call",
+        if unit.is_some() {
+            ""
+        } else {
+            " (–: none takes part)"
+        }
     ));
     Some(Sheet {
         name: "cost",

@@ -33,7 +33,8 @@ pub(super) fn sheet(record: &ComparisonRecord) -> Option<Sheet> {
     }
     table.caption(
         "share of the prior error that one snapshot takes away, on unseen snapshots at mapped places; 2m = the robot knows\n  \
-         its place to ±2 m (and its heading to ±0.5 rad), global = it knows nothing; –: no snapshot has two candidates at different places",
+         its place to ±2 m (and its heading to ±0.5 rad), global = it knows nothing; –: no snapshot has two candidates at\n  \
+         different places",
     );
     Some(Sheet {
         name: "error-reduction",

@@ -97,7 +97,7 @@ fn landmarks(record: &ComparisonRecord) -> Option<Sheet> {
         .flatten()
         .any(|cell| matches!(cell, Outcome::NotAsked))
     {
-        table.caption("–: a dataset without a plan to hold landmarks against");
+        table.caption("–: a dataset without a plan, or whose camera doesn't look where such landmarks are");
     }
     Some(Sheet {
         name: "landmarks",
