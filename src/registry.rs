@@ -97,7 +97,8 @@ macro_rules! registry {
                 match self { $(Learned::$kind(learned) => Box::new(learned),)* }
             }
 
-            fn check(&self) -> crate::error::Result<()> {
+            /// Checks what may have come from a file.
+            pub(crate) fn check(&self) -> crate::error::Result<()> {
                 match self { $(Learned::$kind(learned) => learned.check(),)* }
             }
 
@@ -171,3 +172,17 @@ macro_rules! registry {
 }
 
 pub(crate) use registry;
+
+/// Texts of a file that is damaged: cut in half, or without the number that stands first after a bracket, one a bracket.
+#[cfg(test)]
+pub(crate) fn damaged(whole: &str) -> Vec<String> {
+    let mut texts = vec![whole[..whole.len() / 2].to_string()];
+    for (at, _) in whole.match_indices('[') {
+        let inner = &whole[at + 1..];
+        let end = inner.find([',', ']', '[', '{', '"']).unwrap_or(0);
+        if inner[end..].starts_with(',') {
+            texts.push([&whole[..=at], &inner[end + 1..]].concat());
+        }
+    }
+    texts
+}

@@ -1,5 +1,6 @@
 //! The command line: arguments in, exit status out. Results on standard output, progress and warnings on standard error.
 
+mod compare;
 mod config;
 mod demo;
 mod export;
@@ -38,6 +39,7 @@ enum Command {
     Localise(localise::Arguments),
     Features(features::Arguments),
     Export(export::Arguments),
+    Compare(compare::Arguments),
     Score(score::Arguments),
 }
 
@@ -63,6 +65,7 @@ pub fn run() -> ExitCode {
         Command::Localise(arguments) => localise::run(arguments),
         Command::Features(arguments) => features::run(arguments),
         Command::Export(arguments) => export::run(arguments),
+        Command::Compare(arguments) => compare::run(arguments),
         Command::Score(arguments) => score::run(arguments),
     };
     match result {

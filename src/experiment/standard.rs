@@ -13,8 +13,11 @@ pub use replay::{Trial, trials};
 use super::stage::Stage;
 use crate::{
     error::{Error, Result},
-    localiser::{Estimate, Localiser, Player, Step},
-    score::{Binning, Contingency, Effort, Entropies, Interval, Judgement, corrected_coefficient},
+    localiser::{Estimate, Localiser, Player, Probable, Step},
+    score::{
+        Binning, Contingency, Effort, Entropies, Interval, Judgement, PosteriorScore,
+        corrected_coefficient,
+    },
     seed::Seed,
 };
 use rayon::prelude::*;
@@ -111,7 +114,8 @@ impl StandardConfig {
     }
 
     fn distance_m(&self, table: usize) -> f64 {
-        table as f64 * self.step_m
+        // In whole nanometres: 12 steps of 0.1 m are 1.2 m, not 1.2000000000000002 m.
+        (table as f64 * self.step_m * 1e9).round() / 1e9
     }
 }
 
@@ -186,6 +190,16 @@ enum Answer {
     None,
 }
 
+/// What is counted of one snapshot of a trial.
+#[derive(Debug, Clone, Copy)]
+struct Heard {
+    /// The true location L.
+    location: usize,
+    answer: Answer,
+    /// How probable the localiser holds the true location, where it has a posterior.
+    probability: Option<f64>,
+}
+
 /// Plays the trials of a stage to a localiser, and judges its answers by these bins, which must be the stage's own.
 ///
 /// ```
@@ -219,32 +233,36 @@ pub fn play(
     config.check()?;
     let (trials, mut notes) = trials(stage, config)?;
     let player = localiser.prepare(&stage.recording, &stage.testing)?;
-    let answers: Vec<Vec<Answer>> = trials
+    let heard: Vec<Vec<Heard>> = trials
         .par_iter()
         .enumerate()
         .map(|(number, trial)| {
             let steps = replay(stage, localiser, &*player, trial, number, seed)?;
-            Ok(answers(&steps, binning, localiser.is_blind()))
+            heard(stage, binning, trial, &steps, localiser.is_blind())
         })
         .collect::<Result<_>>()?;
-    let mut tables = Vec::with_capacity(config.tables());
-    for at in 0..config.tables() {
-        let mut table = Contingency::new();
-        for (trial, answers) in trials.iter().zip(&answers) {
-            let step = trial.step_at[at];
-            table.record(
-                location(stage, binning, trial.snapshots[step])?,
-                answers[step],
-            );
-        }
-        tables.push(table);
-    }
-    let counted = || {
-        let of_trial = |(trial, answers): (&'_ Trial, &'_ Vec<Answer>)| -> Vec<Answer> {
-            trial.step_at.iter().map(|&step| answers[step]).collect()
-        };
-        trials.iter().zip(&answers).flat_map(of_trial)
+    let at = |table: usize| {
+        let each = trials.iter().zip(&heard);
+        each.map(move |(trial, heard)| heard[trial.step_at[table]])
     };
+    let tables: Vec<Contingency<usize, Answer>> = (0..config.tables())
+        .map(|number| {
+            let mut table = Contingency::new();
+            at(number).for_each(|heard| table.record(heard.location, heard.answer));
+            table
+        })
+        .collect();
+    let mut soft = Vec::new();
+    for number in 0..config.tables() {
+        let mut score = PosteriorScore::new();
+        for heard in at(number) {
+            score.record(heard.location, heard.probability)?;
+        }
+        soft.push(score);
+    }
+    let has_posterior = soft.iter().any(|score| score.answered() > 0);
+    let soft = mean(soft.iter().filter_map(PosteriorScore::coefficient));
+    let counted = || (0..tables.len()).flat_map(at).map(|heard| heard.answer);
     let share = |answer: Answer| {
         let same = counted().filter(|&given| given == answer).count();
         same as f64 / (trials.len() * tables.len()) as f64
@@ -254,8 +272,11 @@ pub fn play(
         .enumerate()
         .map(|(at, table)| at_distance(config.distance_m(at), table))
         .collect();
-    let Some(mean_uncertainty_coefficient) = mean(&by_distance, |row| row.uncertainty_coefficient)
-    else {
+    let Some(mean_uncertainty_coefficient) = mean(
+        by_distance
+            .iter()
+            .filter_map(|row| row.uncertainty_coefficient),
+    ) else {
         return Err(Error::work(format!(
             "standard: {} trials, all in one location bin at every distance; expected more trials, or smaller bins than \
              {} m",
@@ -289,19 +310,23 @@ pub fn play(
         responses: responses.len(),
         unanswered: share(Answer::None),
         outside: share(Answer::Outside),
-        entropy_of_location: mean(&by_distance, |row| Some(row.entropy_of_location))
+        entropy_of_location: mean(by_distance.iter().map(|row| row.entropy_of_location))
             .unwrap_or_default(),
         mean_uncertainty_coefficient,
-        mean_uncertainty_coefficient_corrected: mean(&by_distance, |row| {
-            row.uncertainty_coefficient_corrected
-        }),
-        mean_entropy_of_location_given_response: mean(&by_distance, |row| {
-            Some(row.entropy_of_location_given_response)
-        })
+        mean_uncertainty_coefficient_corrected: mean(
+            by_distance
+                .iter()
+                .filter_map(|row| row.uncertainty_coefficient_corrected),
+        ),
+        mean_entropy_of_location_given_response: mean(
+            by_distance
+                .iter()
+                .map(|row| row.entropy_of_location_given_response),
+        )
         .unwrap_or_default(),
         distance_at_coefficient_m: first.map(|at| config.distance_m(at)),
         distance_from_coefficient_on_m: (from < tables.len()).then(|| config.distance_m(from)),
-        mean_posterior_coefficient: None,
+        mean_posterior_coefficient: soft.filter(|_| has_posterior),
         at_end: Judgement::of(&tables[tables.len() - 1], &unit_of, effort, seed),
         ci95_of_mean: of_mean.map(|interval| [interval.low, interval.high]),
         by_distance,
@@ -333,21 +358,40 @@ fn replay(
     }
 }
 
-/// The responses of a trial. One who never looks stays outside once there, "for the rest of that trial" (7.1).
-fn answers(steps: &[Step], binning: &Binning, blind: bool) -> Vec<Answer> {
+/// What is counted of a trial, snapshot by snapshot. One who never looks stays outside once there, "for the rest of that
+/// trial" (7.1).
+fn heard(
+    stage: &Stage,
+    binning: &Binning,
+    trial: &Trial,
+    steps: &[Step],
+    blind: bool,
+) -> Result<Vec<Heard>> {
+    // With a thousandth of slack for rounding.
+    let diagonal_squared = 2.001 * binning.size_m().powi(2);
     let mut lost = false;
-    let answer = |step: &Step| {
+    let of_step = |(&snapshot, step): (&usize, &Step)| {
+        let location = location(stage, binning, snapshot)?;
         let answer = match step.estimate {
+            _ if lost => Answer::Outside,
             None => Answer::None,
             Some(Estimate::Class(class)) => Answer::Class(class),
-            Some(Estimate::Place(place)) => {
-                binning.bin_of(place).map_or(Answer::Outside, Answer::Bin)
-            }
+            Some(Estimate::Place(p)) => binning.bin_of(p).map_or(Answer::Outside, Answer::Bin),
         };
         lost |= blind && answer == Answer::Outside;
-        if lost { Answer::Outside } else { answer }
+        // Most of a posterior lies too far away to be in the same bin, which is cheaply told.
+        let [x, y] = stage.place[snapshot];
+        let near = |p: [f64; 2]| (p[0] - x).powi(2) + (p[1] - y).powi(2) <= diagonal_squared;
+        let there =
+            |(place, _): &&Probable| near(*place) && binning.bin_of(*place) == Some(location);
+        let probability = step.posterior.iter().filter(there).map(|(_, p)| p).sum();
+        Ok(Heard {
+            location,
+            answer,
+            probability: (!step.posterior.is_empty()).then_some(probability),
+        })
     };
-    steps.iter().map(answer).collect()
+    trial.snapshots.iter().zip(steps).map(of_step).collect()
 }
 
 fn location(stage: &Stage, binning: &Binning, snapshot: usize) -> Result<usize> {
@@ -372,10 +416,9 @@ fn at_distance(distance_m: f64, table: &Contingency<usize, Answer>) -> AtDistanc
     }
 }
 
-/// Mean of a figure over the rows that have it.
-fn mean(rows: &[AtDistance], figure: impl Fn(&AtDistance) -> Option<f64>) -> Option<f64> {
-    let figures: Vec<f64> = rows.iter().filter_map(figure).collect();
-    (!figures.is_empty()).then(|| figures.iter().sum::<f64>() / figures.len() as f64)
+fn mean(figures: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, number) = figures.fold((0.0, 0.0), |(sum, n), figure| (sum + figure, n + 1.0));
+    (number > 0.0).then(|| sum / number)
 }
 
 /// How many different numbers there are, and which of them, in rising order, each is.

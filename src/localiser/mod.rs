@@ -26,10 +26,15 @@
 pub mod bayes;
 pub mod codes;
 pub mod dead_reckoning;
+pub mod evidence;
 pub mod features;
 mod filter;
 pub mod kernel;
+pub mod landmark_classifier;
 pub mod local_grid;
+pub mod memoryless;
+pub mod place_map;
+mod prepared;
 
 pub use filter::{BayesLocaliser, SensorModel};
 
@@ -142,6 +147,9 @@ pub trait Learn: Localiser + Serialize + DeserializeOwned {
 macro_rules! members {
     ($then:ident) => {
         $then! {
+            Evidence, evidence, EvidenceConfig, "Evidence-based localisation of Duckett & Nehmzow (1998).";
+            LandmarkClassifier, landmark_classifier, LandmarkClassifierConfig, "Nearest neighbour on the places of its map.";
+            Memoryless, memoryless, MemorylessConfig, "Any recogniser, which answers by what is seen now.";
             DeadReckoning, dead_reckoning, DeadReckoningConfig, "Dead reckoning from a known start, never corrected.";
             Bayes, bayes, BayesConfig, "BaLL's grid Bayes filter over learned features (Thrun 1998).";
             LocalGrid, local_grid, LocalGridConfig, "Correction by the nearest expected perception around the reckoned pose (Ruiz-Mayor et al. 2006).";
@@ -158,3 +166,6 @@ macro_rules! registry {
     };
 }
 members!(registry);
+
+#[cfg(test)]
+mod laws;

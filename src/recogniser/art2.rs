@@ -306,6 +306,10 @@ impl Recogniser for Art2 {
         self.units.len()
     }
 
+    fn bytes_per_place(&self) -> usize {
+        self.layout.width() * size_of::<f64>()
+    }
+
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
         self.layout.check_channels(channels)
     }

@@ -153,6 +153,10 @@ impl Recogniser for Ball {
         self.patterns.len()
     }
 
+    fn bytes_per_place(&self) -> usize {
+        self.filters.features() * size_of::<bool>()
+    }
+
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
         self.filters.check_channels(channels)
     }

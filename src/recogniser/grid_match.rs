@@ -138,6 +138,10 @@ impl Recogniser for GridMatch {
         self.places.len() * self.scans.ways()
     }
 
+    fn bytes_per_place(&self) -> usize {
+        size_of::<States>() + size_of::<Pose>()
+    }
+
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
         self.scans.check_channels(channels)
     }

@@ -179,6 +179,10 @@ impl Recogniser for GrowingCells {
         self.net.len()
     }
 
+    fn bytes_per_place(&self) -> usize {
+        self.net.bytes_per_cell()
+    }
+
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
         self.layout.check_channels(channels)
     }

@@ -121,6 +121,10 @@ impl Recogniser for HistogramMatch {
         self.places.len() * self.scans.ways()
     }
 
+    fn bytes_per_place(&self) -> usize {
+        size_of::<HistogramPair>() + size_of::<Pose>()
+    }
+
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
         self.scans.check_channels(channels)
     }

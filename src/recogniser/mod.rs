@@ -22,12 +22,14 @@
 //! # Ok::<(), ballmark::Error>(())
 //! ```
 //!
-//! A new recogniser is one file, which implements [`Recogniser`] and [`Learn`], and one line in the registry below.
+//! A new recogniser is one file, which implements [`Recogniser`] and [`Learn`], one line in the registry below, and one
+//! that says which of its constants changes the number of its responses ([`dial`]).
 
 pub mod alignment;
 pub mod angle_histogram;
 pub mod art2;
 pub mod ball;
+pub mod dial;
 pub mod grid_match;
 pub mod growing_cells;
 pub mod histogram;
@@ -67,6 +69,9 @@ pub trait Recogniser: Send + Sync {
 
     /// Patterns that one response is compared with: D00's T is time per match.
     fn matches(&self) -> usize;
+
+    /// What it keeps of one pattern in memory, in bytes, and of where it was, if it keeps that.
+    fn bytes_per_place(&self) -> usize;
 
     /// Are these the sensors that it learned from? Asked once for a recording; [`Recogniser::respond`] only falls silent.
     ///
@@ -139,3 +144,5 @@ members!(registry);
 
 #[cfg(test)]
 mod laws;
+#[cfg(test)]
+pub(crate) mod room;

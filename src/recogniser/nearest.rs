@@ -137,6 +137,10 @@ impl Recogniser for Nearest {
         self.prototypes.len()
     }
 
+    fn bytes_per_place(&self) -> usize {
+        self.prototypes.bytes_each() + size_of::<Pose>()
+    }
+
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
         self.prototypes.layout().check_channels(channels)
     }

@@ -42,6 +42,11 @@ impl Prototypes {
         self.values.len() / self.layout.width().max(1)
     }
 
+    /// Bytes of a stored signature.
+    pub fn bytes_each(&self) -> usize {
+        self.layout.width() * size_of::<f32>()
+    }
+
     pub fn layout(&self) -> &Layout {
         &self.layout
     }

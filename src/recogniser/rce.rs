@@ -109,6 +109,10 @@ impl Recogniser for Rce {
         self.prototypes.len()
     }
 
+    fn bytes_per_place(&self) -> usize {
+        self.prototypes.bytes_each()
+    }
+
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
         self.prototypes.layout().check_channels(channels)
     }

@@ -159,6 +159,20 @@ impl Layout {
         (!signature.is_empty()).then_some(signature)
     }
 
+    /// Brings each channel of a signature to length 1 again, after a sum or a mean of several.
+    pub fn to_unit_length(&self, signature: &mut [f32]) {
+        for (_, part) in self.parts() {
+            to_unit_length(&mut signature[part]);
+        }
+    }
+
+    /// Does a signature look the same whichever way the robot faces? Where there is a compass, and every channel a ring that
+    /// it turns.
+    pub fn is_turned_by_compass(&self, recording: &Recording) -> bool {
+        let rings = self.channels.iter().all(|channel| channel.ring.is_some());
+        rings && recording.columns().compass_rad.is_some()
+    }
+
     /// # Errors
     /// Where a channel of ours is missing there, or has another width or unit.
     pub fn check_channels(&self, channels: &[Channel]) -> Result<()> {

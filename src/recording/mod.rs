@@ -49,6 +49,34 @@ pub struct Observation<'a> {
     pub compass_rad: Option<f64>,
 }
 
+impl Observation<'_> {
+    /// The way from here to `next`, of the same run, as odometry has it but with north from the compass: metres along x and y
+    /// of the frame that the compass counts its headings in. `None` without a compass.
+    ///
+    /// Odometry is asked only for the movement in the robot's own frame, the compass for the heading that it began with, so
+    /// that errors in heading don't add up: the compass-based odometry of Duckett & Nehmzow (1998), 5.2, who anchor their
+    /// robot's turret to north and reckon by its angle against the base. Where the turret is what poses and odometry tell
+    /// of, this is the same.
+    ///
+    /// ```
+    /// use ballmark::{geometry::Pose, recording::Observation};
+    /// let nothing = ndarray::Array1::zeros(0);
+    /// let at = |odometry, compass_rad| Observation { stamp_s: 0.0, values: nothing.view(), odometry, compass_rad };
+    /// // Odometry has long lost its heading and believes to have gone east; the compass says that the robot faced north.
+    /// let (from, to) = (Pose::new(4.0, 1.0, 0.0), Pose::new(6.0, 1.0, 0.3));
+    /// let north = Some(std::f64::consts::FRAC_PI_2);
+    /// let [x_m, y_m] = at(from, north).north_displacement(&at(to, None)).unwrap();
+    /// assert!(x_m.abs() < 1e-12 && (y_m - 2.0).abs() < 1e-12);
+    /// assert_eq!(at(from, None).north_displacement(&at(to, north)), None);
+    /// ```
+    pub fn north_displacement(&self, next: &Observation) -> Option<[f64; 2]> {
+        let moved = self.odometry.displacement_to(&next.odometry);
+        let facing = Pose::new(0.0, 0.0, self.compass_rad?);
+        let there = facing.after(moved);
+        Some([there.x_m, there.y_m])
+    }
+}
+
 /// An observation together with the place where it was made.
 #[derive(Debug, Clone, Copy)]
 pub struct Snapshot<'a> {

@@ -1,15 +1,18 @@
 //! Results as tables and pictures: values in, text out (plain, CSV, Markdown, LaTeX, SVG); whoever calls writes the files.
 
 mod canvas;
+pub mod comparison;
 mod latex;
 pub mod localisation;
 mod plan;
 mod plane;
 mod plot;
+mod price;
 mod scatter;
 mod table;
 
 pub use plan::{Plan, PlanLine, plan_plot};
-pub use plot::{Curve, Panel, Trace, line_plot, stacked_plot};
+pub use plot::{Curve, Panel, Trace, category_plot, framed_plot, line_plot, stacked_plot};
+pub use price::{Priced, price_plot};
 pub use scatter::scatter_plot;
 pub use table::{Cell, Table};

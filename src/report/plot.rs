@@ -63,7 +63,77 @@ pub fn line_plot(title: &str, x_label: &str, y_label: &str, curves: &[Curve]) ->
         curves: curves.to_vec(),
         y_range: None,
     };
-    panels(title, x_label, &[panel], Trace::Line, 440)
+    framed_plot(title, x_label, &panel)
+}
+
+/// The same of a panel, whose y axis may have stated ends.
+///
+/// # Errors
+/// As [`line_plot`].
+pub fn framed_plot(title: &str, x_label: &str, panel: &Panel) -> Result<String> {
+    let axis = XAxis {
+        label: x_label,
+        names: &[],
+    };
+    panels(
+        title,
+        &axis,
+        std::slice::from_ref(panel),
+        Trace::Line,
+        FRAME,
+    )
+}
+
+/// Curves over named steps, such as prior uncertainties from narrow to none: step i stands at x = i, the steps equally far
+/// apart.
+///
+/// # Errors
+/// As [`line_plot`].
+pub fn category_plot(
+    title: &str,
+    x_label: &str,
+    names: &[String],
+    panel: &Panel,
+) -> Result<String> {
+    let axis = XAxis {
+        label: x_label,
+        names,
+    };
+    panels(
+        title,
+        &axis,
+        std::slice::from_ref(panel),
+        Trace::Line,
+        FRAME,
+    )
+}
+
+/// Height of a frame that stands alone, in pixels.
+const FRAME: u32 = 440;
+
+/// The x axis that all panels share.
+struct XAxis<'a> {
+    label: &'a str,
+    /// Where not empty, what stands at 0, 1, … in place of numbers.
+    names: &'a [String],
+}
+
+impl XAxis<'_> {
+    fn range(&self, x: impl Iterator<Item = f64>) -> Range<f64> {
+        match self.names.len() {
+            0 => range(x, 0.0, false),
+            n => -0.3..n as f64 - 0.7,
+        }
+    }
+
+    fn tick(&self, x: f64, range: &Range<f64>) -> String {
+        if self.names.is_empty() {
+            return tick(x, range);
+        }
+        let name = self.names.get(x.round().max(0.0) as usize);
+        name.filter(|_| (x - x.round()).abs() < 1e-6)
+            .map_or(String::new(), |name| shortened(name, 12))
+    }
 }
 
 /// Panels above one another with one x axis, such as every feature's output along a route.
@@ -71,10 +141,14 @@ pub fn line_plot(title: &str, x_label: &str, y_label: &str, curves: &[Curve]) ->
 /// # Errors
 /// As [`line_plot`].
 pub fn stacked_plot(title: &str, x_label: &str, all: &[Panel], trace: Trace) -> Result<String> {
-    panels(title, x_label, all, trace, 120)
+    let axis = XAxis {
+        label: x_label,
+        names: &[],
+    };
+    panels(title, &axis, all, trace, 120)
 }
 
-fn panels(title: &str, x_label: &str, all: &[Panel], trace: Trace, each: u32) -> Result<String> {
+fn panels(title: &str, axis: &XAxis, all: &[Panel], trace: Trace, each: u32) -> Result<String> {
     let curves = || all.iter().flat_map(|panel| &panel.curves);
     for curve in curves() {
         let band = curve
@@ -88,11 +162,7 @@ fn panels(title: &str, x_label: &str, all: &[Panel], trace: Trace, each: u32) ->
             )));
         }
     }
-    let x_range = range(
-        curves().flat_map(|curve| curve.x.iter().copied()),
-        0.0,
-        false,
-    );
+    let x_range = axis.range(curves().flat_map(|curve| curve.x.iter().copied()));
     let most = all.iter().max_by_key(|panel| panel.curves.len());
     let names: Vec<&str> = match most {
         Some(panel) if panel.curves.len() > 1 => {
@@ -112,7 +182,7 @@ fn panels(title: &str, x_label: &str, all: &[Panel], trace: Trace, each: u32) ->
             let bottom = top + frame_height + if last { X_AXIS } else { 0 };
             let (above, _) = frames.split_vertically(px(bottom));
             let (_, frame) = above.split_vertically(px(top));
-            draw_panel(&frame, panel, &x_range, last.then_some(x_label), trace)?;
+            draw_panel(&frame, panel, &x_range, (axis, last), trace)?;
         }
         draw_legend(&legend, &names)
     })
@@ -125,9 +195,10 @@ fn draw_panel(
     frame: &Canvas<'_>,
     panel: &Panel,
     x_range: &Range<f64>,
-    x_label: Option<&str>,
+    (axis, is_last): (&XAxis, bool),
     trace: Trace,
 ) -> Drawn {
+    let x_label = is_last.then_some(axis.label);
     let y_range = match panel.y_range {
         Some((low, high)) if drawable(low) && drawable(high) && low < high => low..high,
         _ => {
@@ -149,9 +220,12 @@ fn draw_panel(
         )
         .build_cartesian_2d(x_range.clone(), y_range.clone())?;
     let tall = frame.dim_in_pixel().1 > px(250);
-    let (x_tick, y_tick) = (|x: &f64| tick(*x, x_range), |y: &f64| tick(*y, &y_range));
+    let (x_tick, y_tick) = (
+        |x: &f64| axis.tick(*x, x_range),
+        |y: &f64| tick(*y, &y_range),
+    );
     let mut mesh = chart.configure_mesh();
-    mesh.x_labels(10)
+    mesh.x_labels(axis.names.len().max(10))
         .y_labels(if tall { 8 } else { 4 })
         .max_light_lines(0)
         .bold_line_style(ShapeStyle::from(&GRID).stroke_width(px(1)))

@@ -1,18 +1,45 @@
 //! Every experiment in `configs/` runs, at toy size, on the shipped dataset.
 
 use super::support::Workplace;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// The configurations whose names are such.
+fn configs(such: impl Fn(&str) -> bool) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+    let mut configs: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
+    configs.retain(|path| {
+        path.extension().is_some_and(|e| e == "toml")
+            && such(&path.file_name().unwrap().to_string_lossy())
+    });
+    configs.sort();
+    configs
+}
+
+#[test]
+fn every_comparison_compares() {
+    let configs = configs(|name| name.starts_with("compare-"));
+    assert!(!configs.is_empty());
+    for config in configs {
+        let place = Workplace::new();
+        let config = config.to_str().unwrap();
+        let told = place.ballmark(&["compare", config, "--toy", "--json"]);
+        let told: serde_json::Value = serde_json::from_str(&told.done().stdout).unwrap();
+        assert!(
+            told["datasets"][0]["testing"].as_u64().unwrap() > 0,
+            "{config}"
+        );
+        assert!(place.files().is_empty());
+    }
+}
 
 #[test]
 fn every_config_trains_and_localises() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let dataset = root.join("datasets/corridor-small.npz");
-    let mut configs: Vec<_> = std::fs::read_dir(root.join("configs"))
-        .unwrap()
-        .map(|e| e.unwrap().path())
-        .collect();
-    configs.retain(|path| path.extension().is_some_and(|e| e == "toml"));
-    configs.sort();
+    let configs = configs(|name| !name.starts_with("compare-"));
     assert!(configs.len() >= 4, "{configs:?}");
     for config in configs {
         let place = Workplace::new();

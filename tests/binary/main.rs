@@ -1,6 +1,7 @@
 //! The real binary, called as a user calls it: one test binary for all commands.
 
 mod camera_views;
+mod compare;
 mod configs;
 mod device;
 mod help;

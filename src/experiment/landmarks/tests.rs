@@ -24,7 +24,6 @@ fn judged(set: &str, snapshots: usize, seed: u64) -> LandmarkRecord {
     let config = LandmarksConfig::default();
     let records = judge(&building, Some(set), &recording, &all, &all, &config).unwrap();
     assert_eq!((records.len(), records[0].snapshots), (1, snapshots));
-    println!("{set} {:?}", records[0]);
     records[0].clone()
 }
 

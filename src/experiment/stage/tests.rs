@@ -107,3 +107,97 @@ fn between_laps(ours: &Stage, truth: &Stage) -> f64 {
     });
     off.sum::<f64>() / ours.testing.len() as f64
 }
+
+/// Told by `config`, on one run of world A cut to so many snapshots.
+fn refused(config: &str, snapshots: usize) -> Error {
+    let recording = world("duckett1998-a");
+    let indices: Vec<usize> = (0..snapshots.min(recording.len())).collect();
+    let recording = recording.select(&indices).unwrap();
+    Stage::set(&recording, &toml::from_str(config).unwrap()).unwrap_err()
+}
+
+#[test]
+fn what_cannot_be_staged_says_what_to_ask_for() {
+    // 650 s are 80 m: a lap and a third.
+    let error = refused("", 650).to_string();
+    assert!(
+        error.contains("no lap") && error.contains("\"split\""),
+        "{error}"
+    );
+    assert!(error.contains("starts_s"), "{error}");
+    let error = refused("mapping = 'first_run'", 650).to_string();
+    assert!(
+        error.contains("one run") && error.contains("\"split\""),
+        "{error}"
+    );
+    let error = refused("laps = { starts_s = [0.0, 9000.0] }", 650);
+    assert!(error.to_string().contains("from 0 s to"), "{error}");
+    for (config, key) in [
+        (
+            "mapping = 'split'\nsplit = { unit = '15m' }",
+            "stage.split.test_fold",
+        ),
+        (
+            "mapping = 'split'\ntruth = 'odometry'\nsplit = { test_fold = 0 }",
+            "stage.truth",
+        ),
+    ] {
+        let error = refused(config, 650);
+        assert!(
+            error.is_usage() && error.to_string().starts_with(key),
+            "{error}"
+        );
+    }
+    let mut columns = world("duckett1998-d").into_columns();
+    columns.compass_rad = None;
+    let recording = Recording::new(columns).unwrap();
+    let config = toml::from_str("truth = 'odometry'").unwrap();
+    let error = Stage::set(&recording, &config).unwrap_err().to_string();
+    assert!(error.contains("no compass"), "{error}");
+    let stage = Stage::set(&recording, &StageConfig::default()).unwrap();
+    assert!(stage.notes[0].contains("no compass"));
+}
+
+#[test]
+fn laps_told_by_hand_are_those_that_were_found() {
+    let recording = world("duckett1998-d");
+    let found = Stage::set(&recording, &StageConfig::default()).unwrap();
+    let stamps = &recording.columns().stamp_s;
+    let starts = (0..recording.len()).filter(|&k| k == 0 || found.unit[k] != found.unit[k - 1]);
+    let starts_s: Vec<f64> = starts.map(|k| stamps[k]).collect();
+    let config = StageConfig {
+        laps: LapsConfig {
+            starts_s,
+            ..LapsConfig::default()
+        },
+        ..StageConfig::default()
+    };
+    let told = Stage::set(&recording, &config).unwrap();
+    assert_eq!(told.unit, found.unit);
+    assert_eq!((told.mapping, told.testing), (found.mapping, found.testing));
+}
+
+#[test]
+fn runs_and_stretches_are_numbered_and_never_on_both_sides() {
+    let mut columns = world("duckett1998-d").into_columns();
+    let third = columns.run.len() / 3;
+    columns.run = (0..columns.run.len()).map(|k| (k / third) as i64).collect();
+    let recording = Recording::new(columns).unwrap();
+    let set = |config: &str| Stage::set(&recording, &toml::from_str(config).unwrap()).unwrap();
+    let runs = set("mapping = 'first_run'");
+    assert_eq!(runs.mapping, (0..third).collect::<Vec<_>>());
+    assert_eq!(
+        (runs.unit[0], runs.unit[third], runs.unit[2 * third]),
+        (0, 1, 2)
+    );
+    let split = set("mapping = 'split'\nsplit = { unit = '10m', test_fold = 1 }");
+    assert_eq!(split.mapping.len() + split.testing.len(), recording.len());
+    let of = |part: &[usize]| -> Vec<usize> {
+        let mut units: Vec<usize> = part.iter().map(|&k| split.unit[k]).collect();
+        units.dedup();
+        units
+    };
+    let (mapped, tested) = (of(&split.mapping), of(&split.testing));
+    assert!(tested.len() > 2 && tested.iter().all(|unit| !mapped.contains(unit)));
+    assert!(split.unit.is_sorted());
+}

@@ -70,9 +70,17 @@ struct Reader<'a, F>(&'a F);
 impl<F: Fn(usize, usize) -> Option<Estimate> + Sync> Player for Reader<'_, F> {
     fn play(&self, trial: &[usize], start: Option<Pose>, _: &mut Stream) -> Result<Vec<Step>> {
         assert_eq!(start, None); // it isn't told
-        let step = |(step, &k): (usize, &usize)| Step {
-            estimate: (self.0)(step, k),
-            posterior: Vec::new(),
+        // Whoever names a place is three quarters sure of it.
+        let step = |(step, &k): (usize, &usize)| {
+            let estimate = (self.0)(step, k);
+            let posterior = match estimate {
+                Some(Estimate::Place([x, y])) => vec![([x, y], 0.75), ([x + 70.0, y], 0.25)],
+                _ => Vec::new(),
+            };
+            Step {
+                estimate,
+                posterior,
+            }
         };
         Ok(trial.iter().enumerate().map(step).collect())
     }
@@ -119,6 +127,11 @@ fn who_knows_scores_one_and_who_is_silent_nothing() {
         Some(Estimate::Place(stage.place[k]))
     });
     assert_eq!(placed.mean_uncertainty_coefficient, 1.0);
+    // ln .75 of what there is to know is missing, but for the 1 % of prior.
+    let missing = -0.75_f64.ln() / placed.entropy_of_location;
+    let soft = placed.mean_posterior_coefficient.unwrap();
+    assert!((1.0 - soft - missing).abs() < 0.01, "{soft} {missing}");
+    assert_eq!(renamed.mean_posterior_coefficient, None);
 
     let silent = judged(&recording, false, |_, _, _, _| None);
     assert_eq!(silent.mean_uncertainty_coefficient, 0.0);

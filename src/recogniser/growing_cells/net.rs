@@ -57,6 +57,12 @@ impl Net {
         self.weights.len()
     }
 
+    /// Bytes that are kept of a cell, with its share of the triangles.
+    pub fn bytes_per_cell(&self) -> usize {
+        let of_cell = (self.weights[0].len() + 1) * size_of::<f64>();
+        of_cell + self.triangles.len() * size_of::<[usize; 3]>() / self.len()
+    }
+
     /// Direct neighbours of a cell, in rising order.
     pub fn neighbours(&self, cell: usize) -> Vec<usize> {
         let own = self.triangles.iter().filter(|t| t.contains(&cell));

@@ -1,7 +1,7 @@
-//! The small world that all recognisers are tried in.
+//! The small world that all recognisers and localisers are tried in.
 
 use crate::{
-    geometry::Pose,
+    geometry::{Pose, wrapped},
     recording::{Channel, Columns, Recording},
     seed::Seed,
 };
@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 const SONARS: usize = 16;
 
 /// Two laps along the walls of a room of 9 m by 6 m with a pillar, a ring of noisy sonars that reach 5 m, and a compass.
-pub(super) fn room() -> Recording {
+pub(crate) fn room() -> Recording {
     let mut noise = Seed(5).stream("noise of the room");
     let lap = (0..104).map(|i| 0.25 * f64::from(i));
     let along = |m: f64| match m {
@@ -56,7 +56,7 @@ fn range_m(from: Pose, bearing: f64) -> f64 {
 
 fn recording(values: Array2<f32>, pose: Vec<Pose>) -> Recording {
     let k = pose.len();
-    let bearing = |i: usize| TAU * i as f64 / SONARS as f64;
+    let bearing = |i: usize| wrapped(TAU * i as f64 / SONARS as f64);
     Recording::new(Columns {
         channels: vec![Channel {
             name: "sonar".into(),
@@ -77,7 +77,7 @@ fn recording(values: Array2<f32>, pose: Vec<Pose>) -> Recording {
 }
 
 /// The same snapshots with other values.
-pub(super) fn seeing(of: &Recording, value: impl Fn(usize, usize) -> f32) -> Recording {
+pub(crate) fn seeing(of: &Recording, value: impl Fn(usize, usize) -> f32) -> Recording {
     let values = Array2::from_shape_fn(of.values().dim(), |(k, i)| value(k, i));
     recording(values, of.poses().to_vec())
 }

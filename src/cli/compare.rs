@@ -1,0 +1,180 @@
+//! `ballmark compare`: any systems on any datasets, each asked the same.
+
+use super::{Outcome, localise::write_text, print, progress::Progress, warn};
+use crate::{
+    error::{Error, Result},
+    experiment::compare::{CompareConfig, Comparison, ComparisonRecord, Folders, compare},
+    report::comparison::{Reader, caption, pictures, sheets},
+    storage,
+};
+use std::path::{Path, PathBuf};
+
+/// Compare any systems on any datasets: the same questions to all, one table each.
+///
+/// The configuration names [[dataset]]s (a `file`, or a `world` to be simulated at once) and [[system]]s (any recogniser or
+/// localiser by its `kind`, with its constants, and the hand-made landmarks `door` and `ceiling_light`). The first lap maps
+/// and the rest tests, unless [stage] says otherwise. Each of [standard], [recognition], [error_reduction] and [landmarks]
+/// that is there makes a table. BaLL's filters are trained on the mapping part alone.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub struct Arguments {
+    /// What is compared with what; file names in it are relative to it.
+    #[arg(value_name = "C.toml", required_unless_present = "redraw")]
+    config: Option<PathBuf>,
+    /// Folder for the record (JSON), the tables (CSV, Markdown, LaTeX), the pictures (SVG), the trained models and the
+    /// resolved configuration.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// The one seed of the run, in place of the configuration's.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Few trials, resamples and steps of training only: does it work here? The figures mean little.
+    #[arg(long)]
+    toy: bool,
+    /// Draw tables and pictures again from this record (`comparison.json`), without the data.
+    #[arg(long, value_name = "RECORD.json", conflicts_with_all = ["config", "seed", "toy"])]
+    redraw: Option<PathBuf>,
+    /// One JSON object, the whole record, instead of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+const HELP: &str = "\
+A system that fails is told in its cell, with the reason below the table, and stops nobody else.
+
+Exit status: 0 done, 1 nothing could be compared, 2 the call or the configuration is wrong, 3 done, but some cells failed.
+
+Example:
+  ballmark compare configs/compare-duckett1998-b.toml --toy --out b";
+
+pub fn run(arguments: Arguments) -> Result<Outcome> {
+    let out = arguments.out.as_deref();
+    if let Some(folder) = out {
+        storage::make_folder(folder)?;
+        // A folder that takes no file is told now, not after the work.
+        tempfile::tempfile_in(folder).map_err(|e| Error::io("cannot write to", folder, e))?;
+    }
+    let comparison = match (&arguments.redraw, &arguments.config) {
+        (Some(record), _) => read(record)?,
+        (None, Some(config)) => compared(config, &arguments)?,
+        (None, None) => return Err(Error::usage("no configuration; expected C.toml")), // clap sees to it
+    };
+    let record = &comparison.record;
+    let failures = record.failures();
+    if !record.any_done() {
+        let why = failures.first().map_or("nobody was asked", |[.., why]| why);
+        return Err(Error::work(format!("nothing could be compared: {why}")));
+    }
+    if let Some(folder) = out {
+        if arguments.redraw.is_none() {
+            write_json(&folder.join("comparison.json"), &comparison)?;
+            write_json(&folder.join("config.json"), &resolved(record))?;
+        }
+        write_tables(folder, &comparison)?;
+    }
+    if arguments.json {
+        print(&(in_json(&comparison)? + "\n"))?;
+    } else {
+        print(&text(&comparison))?;
+    }
+    for [section, system, dataset, why] in &failures {
+        warn(&format!("failed: [{section}] {system} on {dataset}: {why}"));
+    }
+    Ok(match failures.is_empty() {
+        true => Outcome::Done,
+        false => Outcome::Lossy,
+    })
+}
+
+fn compared(file: &Path, arguments: &Arguments) -> Result<Comparison> {
+    let mut config = CompareConfig::read(file)?;
+    config.seed = arguments.seed.unwrap_or(config.seed);
+    if arguments.toy {
+        config.shrink_to_toy();
+    }
+    let kept = arguments.out.as_ref().map(|folder| folder.join("models"));
+    let temporary;
+    let models = match &kept {
+        Some(folder) => folder,
+        None => {
+            temporary = tempfile::tempdir().map_err(|e| {
+                Error::io("cannot make a temporary folder", std::env::temp_dir(), e)
+            })?;
+            temporary.path()
+        }
+    };
+    let folders = Folders {
+        configuration: file.parent().unwrap_or(Path::new("")),
+        models,
+    };
+    let mut progress: Option<Progress> = None;
+    let compared = compare(&config, folders, &mut |at| {
+        let bar = progress.get_or_insert_with(|| Progress::new("comparing", at.of));
+        bar.at(at.done, at.now);
+    });
+    if let Some(bar) = progress {
+        bar.done();
+    }
+    compared
+}
+
+fn read(file: &Path) -> Result<Comparison> {
+    serde_json::from_slice(&storage::read_file(file)?).map_err(|e| {
+        let expected = "expected `comparison.json` of `ballmark compare` of this version";
+        Error::file(file, format!("{e}; {expected}"))
+    })
+}
+
+fn in_json(value: &impl serde::Serialize) -> Result<String> {
+    serde_json::to_string(value).map_err(|e| Error::work(format!("result: {e}")))
+}
+
+fn write_json(file: &Path, value: &impl serde::Serialize) -> Result<()> {
+    write_text(file, &(in_json(value)? + "\n"))
+}
+
+/// What was compared, to the last constant.
+fn resolved(record: &ComparisonRecord) -> serde_json::Value {
+    let datasets = record.datasets.iter();
+    let checksums = datasets.map(|d| (d.name.clone(), serde_json::json!(d.sha256)));
+    serde_json::json!({
+        "crate_version": record.version,
+        "seed": record.seed,
+        "dataset_sha256": checksums.collect::<serde_json::Map<_, _>>(),
+        "compare": record.config,
+    })
+}
+
+/// Every table in every format, and every picture.
+fn write_tables(folder: &Path, comparison: &Comparison) -> Result<()> {
+    for sheet in sheets(comparison) {
+        let mut table = sheet.table;
+        let csv = table.csv();
+        write_text(&folder.join(format!("{}.csv", sheet.name)), &csv)?;
+        if sheet.reader == Reader::Programs {
+            continue;
+        }
+        table.caption(sheet.title);
+        for line in caption(&comparison.record) {
+            table.caption(line);
+        }
+        write_text(
+            &folder.join(format!("{}.md", sheet.name)),
+            &table.markdown(),
+        )?;
+        write_text(&folder.join(format!("{}.tex", sheet.name)), &table.latex())?;
+    }
+    for (name, svg) in pictures(comparison)? {
+        write_text(&folder.join(format!("{name}.svg")), &svg)?;
+    }
+    Ok(())
+}
+
+/// For the terminal: the tables that can be looked at, and once what holds for all of them.
+fn text(comparison: &Comparison) -> String {
+    let sheets = sheets(comparison).into_iter();
+    let shown = sheets.filter(|sheet| sheet.reader == Reader::Everyone);
+    let tables = shown.map(|sheet| format!("{}\n\n{}\n", sheet.title, sheet.table.text()));
+    let caption = caption(&comparison.record).join("\n");
+    tables.collect::<String>() + &caption + "\n"
+}

@@ -1,0 +1,305 @@
+//! What is compared with what, as a TOML file says it. A key that nobody knows is an error.
+
+use super::system::{System, SystemConfig};
+use crate::{
+    error::{Error, Result},
+    experiment::{
+        error_reduction::ErrorReductionConfig, landmarks::LandmarksConfig,
+        recognition::RecognitionConfig, stage::StageConfig, standard::StandardConfig,
+    },
+    storage,
+};
+use serde::{Deserialize, Serialize};
+use std::{
+    collections::{BTreeMap, HashSet},
+    path::{Path, PathBuf},
+};
+
+/// Most datasets, and most systems, of one comparison.
+const MOST: usize = 100;
+
+/// A comparison: every system on every dataset, and what is asked of them. Each section that is there makes a table.
+///
+/// ```
+/// use ballmark::experiment::compare::CompareConfig;
+/// let config = CompareConfig::parse(r#"
+///     [[dataset]]
+///     world = "worlds/duckett1998-b.toml"
+///     [[system]]
+///     kind = "dead_reckoning"
+///     [[system]]
+///     kind = "nearest"
+///     name = "every 3 m"
+///     spacing_m = 3.0
+///     [standard]
+/// "#)?;
+/// assert_eq!(config.dataset[0].name, "duckett1998-b");
+/// assert_eq!(config.system[0].name, "dead_reckoning");
+/// # Ok::<(), ballmark::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CompareConfig {
+    /// The one seed: of learning, trials, permutations and resamples, and of the worlds that name none.
+    pub seed: u64,
+    /// What is played back.
+    pub dataset: Vec<DatasetConfig>,
+    /// Who answers.
+    pub system: Vec<SystemConfig>,
+    /// Who maps and who is tested on, and what the truth is.
+    pub stage: StageConfig,
+    /// The standard experiment: trials of localisers, and of recognisers without memory (Duckett & Nehmzow 1998, 6).
+    pub standard: Option<StandardConfig>,
+    /// Recognisers with as many responses as each other (Duckett & Nehmzow 2000).
+    pub recognition: Option<RecognitionConfig>,
+    /// What one snapshot takes away of a prior uncertainty (Thrun 1998, Fig. 3).
+    pub error_reduction: Option<ErrorReductionConfig>,
+    /// Hand-made landmarks held against the plan.
+    pub landmarks: Option<LandmarksConfig>,
+}
+
+/// A recording, from a dataset's file or simulated at once.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DatasetConfig {
+    /// What tables call it; not said: as its file is called, without the ending.
+    pub name: String,
+    /// Dataset file, beside the TOML.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// Or a world's file, beside the TOML.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub world: Option<PathBuf>,
+    /// Seed of the simulation; not said: that of the comparison.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// This set of the world's runs only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub set: Option<String>,
+    /// This number of runs of each set, instead of the world's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub runs: Option<usize>,
+}
+
+/// The file as it stands; systems are made of their tables afterwards, as their kind decides which keys they have.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(default = "first_seed")]
+    seed: u64,
+    #[serde(default)]
+    dataset: Vec<DatasetConfig>,
+    #[serde(default)]
+    system: Vec<BTreeMap<String, toml::Spanned<toml::Value>>>,
+    #[serde(default)]
+    stage: StageConfig,
+    standard: Option<StandardConfig>,
+    recognition: Option<RecognitionConfig>,
+    error_reduction: Option<ErrorReductionConfig>,
+    landmarks: Option<LandmarksConfig>,
+}
+
+fn first_seed() -> u64 {
+    1
+}
+
+impl CompareConfig {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// Where it can't be read, or as [`CompareConfig::parse`]; the message begins with the file's name.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = String::from_utf8(storage::read_file(path)?).map_err(|_| {
+            Error::usage(format!("{}: not UTF-8 text; expected TOML", path.display()))
+        })?;
+        Self::parse(&text).map_err(|e| e.in_file(path))
+    }
+
+    /// The same from a text.
+    ///
+    /// # Errors
+    /// A usage error: a key that is unknown or of the wrong type (the message names the line), a system of unknown kind,
+    /// two of one name, nothing to compare, nothing asked.
+    pub fn parse(text: &str) -> Result<Self> {
+        let line = |at: usize| {
+            let before = text.bytes().take(at.min(text.len()));
+            1 + before.filter(|byte| *byte == b'\n').count()
+        };
+        let file: File = toml::from_str(text).map_err(|e| {
+            let at = e.span().map_or(0, |span| span.start);
+            let fault = e.message().replace('\n', " ");
+            Error::usage(format!("line {}: {fault}", line(at)))
+        })?;
+        let system = file.system.into_iter().map(|keys| {
+            let at: BTreeMap<String, usize> = keys
+                .iter()
+                .map(|(key, value)| (key.clone(), line(value.span().start)))
+                .collect();
+            let first = at.values().min().copied().unwrap_or(1);
+            let keys = keys
+                .into_iter()
+                .map(|(key, value)| (key, value.into_inner()));
+            SystemConfig::of_table(keys.collect()).map_err(|(key, fault)| {
+                let line = key.and_then(|key| at.get(&key)).unwrap_or(&first);
+                Error::usage(format!("line {line}: [[system]]: {fault}"))
+            })
+        });
+        let config = Self {
+            seed: file.seed,
+            dataset: file.dataset.into_iter().map(DatasetConfig::named).collect(),
+            system: system.collect::<Result<_>>()?,
+            stage: file.stage,
+            standard: file.standard,
+            recognition: file.recognition,
+            error_reduction: file.error_reduction,
+            landmarks: file.landmarks,
+        };
+        config.check()?;
+        Ok(config)
+    }
+
+    /// The same questions with few trials, resamples and steps: it says whether everything works, and little more.
+    pub fn shrink_to_toy(&mut self) {
+        if let Some(standard) = &mut self.standard {
+            standard.every_s = standard.every_s.max(60.0);
+            (standard.permutations, standard.resamples) = (19, 20);
+        }
+        if let Some(recognition) = &mut self.recognition {
+            (recognition.permutations, recognition.resamples) = (19, 20);
+        }
+        for system in &mut self.system {
+            if let Some(mut recipe) = system.recipe() {
+                recipe.descent.steps = recipe.descent.steps.min(20);
+                system.train = Some(recipe);
+            }
+        }
+    }
+
+    /// # Errors
+    /// As [`CompareConfig::parse`], but for what only a text can have.
+    pub fn check(&self) -> Result<()> {
+        for (what, names) in [
+            (
+                "dataset",
+                self.dataset.iter().map(|d| &d.name).collect::<Vec<_>>(),
+            ),
+            ("system", self.system.iter().map(|s| &s.name).collect()),
+        ] {
+            let mut seen = HashSet::new();
+            if names.is_empty() || names.len() > MOST {
+                return Err(Error::usage(format!(
+                    "{} [[{what}]]; expected 1 to {MOST}",
+                    names.len()
+                )));
+            }
+            if let Some(twice) = names.iter().find(|name| !seen.insert(**name)) {
+                return Err(Error::usage(format!(
+                    "two [[{what}]] named `{}`; expected a `name` of its own for each",
+                    twice.escape_debug()
+                )));
+            }
+        }
+        self.dataset.iter().try_for_each(DatasetConfig::check)?;
+        self.system.iter().try_for_each(SystemConfig::check)?;
+        self.stage.check()?;
+        self.check_sections()
+    }
+
+    /// Every section has somebody to ask.
+    fn check_sections(&self) -> Result<()> {
+        self.standard
+            .as_ref()
+            .map_or(Ok(()), StandardConfig::check)?;
+        self.recognition
+            .as_ref()
+            .map_or(Ok(()), RecognitionConfig::check)?;
+        self.error_reduction
+            .as_ref()
+            .map_or(Ok(()), ErrorReductionConfig::check)?;
+        self.landmarks
+            .as_ref()
+            .map_or(Ok(()), LandmarksConfig::check)?;
+        type TakesPart = fn(&System) -> bool;
+        let sections: [(&str, bool, TakesPart, &str); 4] = [
+            (
+                "standard",
+                self.standard.is_some(),
+                System::takes_trials,
+                "localiser or recogniser",
+            ),
+            (
+                "recognition",
+                self.recognition.is_some(),
+                System::recognises,
+                "recogniser",
+            ),
+            (
+                "error_reduction",
+                self.error_reduction.is_some(),
+                System::takes_snapshots,
+                "recogniser or hand-made landmark",
+            ),
+            (
+                "landmarks",
+                self.landmarks.is_some(),
+                System::is_hand_made,
+                "hand-made landmark (door, ceiling_light)",
+            ),
+        ];
+        if sections.iter().all(|(_, asked, ..)| !asked) {
+            let names = sections.map(|(name, ..)| format!("[{name}]")).join(", ");
+            return Err(Error::usage(format!(
+                "nothing is asked of the systems; expected at least one of {names}"
+            )));
+        }
+        for (name, asked, takes_part, whom) in sections {
+            if asked && !self.system.iter().any(|system| takes_part(&system.system)) {
+                return Err(Error::usage(format!(
+                    "[{name}]: no [[system]] that it could ask; expected a {whom}"
+                )));
+            }
+        }
+        let of_systems = LandmarksConfig::default();
+        if let Some(landmarks) = &self.landmarks
+            && (&landmarks.door, &landmarks.ceiling_light)
+                != (&of_systems.door, &of_systems.ceiling_light)
+        {
+            return Err(Error::usage(
+                "[landmarks]: constants of a detector; expected them in its [[system]]",
+            ));
+        }
+        if self.landmarks.is_some() && self.dataset.iter().all(|d| d.world.is_none()) {
+            return Err(Error::usage(
+                "[landmarks]: no [[dataset]] has a `world`; expected a simulated one, whose plan is known",
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl DatasetConfig {
+    /// With the name that it goes by.
+    fn named(mut self) -> Self {
+        let path = self.file.as_ref().or(self.world.as_ref());
+        if let (true, Some(stem)) = (self.name.is_empty(), path.and_then(|path| path.file_stem())) {
+            self.name = stem.to_string_lossy().into_owned();
+        }
+        self
+    }
+
+    fn check(&self) -> Result<()> {
+        let wrong = |fault: &str| {
+            let name = self.name.escape_debug();
+            Err(Error::usage(format!("[[dataset]] `{name}`: {fault}")))
+        };
+        match (&self.file, &self.world) {
+            (None, None) => wrong("neither `file` nor `world`; expected one of them"),
+            (Some(_), Some(_)) => wrong("both `file` and `world`; expected one of them"),
+            (Some(_), None) if self.seed.is_some() || self.set.is_some() || self.runs.is_some() => {
+                wrong(
+                    "`seed`, `set` and `runs` are for a `world`; expected none of them with `file`",
+                )
+            }
+            _ => Ok(()),
+        }
+    }
+}

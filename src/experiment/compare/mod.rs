@@ -1,0 +1,167 @@
+//! Any systems on any datasets, each asked the same questions: one table instead of one paper a system.
+//!
+//! A system that fails on a dataset is told in its cell and stops nobody else; so is a dataset on which the stage can't be
+//! set. The same configuration gives the same record, with any number of threads; only [`Timing`] differs.
+
+mod asking;
+mod config;
+mod opening;
+mod record;
+mod significance;
+mod system;
+mod training;
+mod waiting;
+
+pub use config::{CompareConfig, DatasetConfig};
+pub use record::{
+    Comparison, ComparisonRecord, DatasetRecord, Outcome, PairedTest, Section, StandardCell,
+    SystemRecord, Timing, file_names,
+};
+pub use system::{HandMade, System, SystemConfig};
+pub use waiting::Progress;
+
+use crate::{
+    error::{Error, Result},
+    experiment::stage::Stage,
+};
+use asking::Examiner;
+use opening::Opened;
+use std::{path::Path, time::Instant};
+use training::School;
+use waiting::Waiting;
+
+/// Where a comparison finds its files and leaves its models.
+#[derive(Debug, Clone, Copy)]
+pub struct Folders<'a> {
+    /// What file names in the configuration are relative to.
+    pub configuration: &'a Path,
+    /// Where trained models go; made when there is one.
+    pub models: &'a Path,
+}
+
+/// Compares all systems on all datasets. `progress` is told what is being done.
+///
+/// # Errors
+/// Where the configuration makes no sense, or a dataset can't be read or simulated. What fails after that fails in its cell.
+pub fn compare(
+    config: &CompareConfig,
+    folders: Folders,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Comparison> {
+    let started = Instant::now();
+    config.check()?;
+    let mut record = ComparisonRecord::new(config)?;
+    let of = config.dataset.len()
+        * (2 + record
+            .sections()
+            .map(|systems| systems.len())
+            .sum::<usize>());
+    let mut waiting = Waiting::new(of, progress);
+    // All of them first: a wrong name is told before the work, not after half of it.
+    let mut opened = Vec::with_capacity(config.dataset.len());
+    for dataset in &config.dataset {
+        waiting.next(&dataset.name);
+        opened.push(Opened::open(dataset, folders.configuration, config.seed)?);
+    }
+    let names = file_names(config.dataset.iter().map(|dataset| dataset.name.as_str()));
+    let mut timing = Timing::default();
+    for ((dataset, opened), name) in config.dataset.iter().zip(&opened).zip(&names) {
+        let recording = &opened.recording;
+        let mut told = DatasetRecord {
+            name: dataset.name.clone(),
+            source: recording.columns().source.clone(),
+            sha256: recording.columns().dataset_sha256.clone(),
+            snapshots: recording.len(),
+            mapping: 0,
+            testing: 0,
+            notes: opened.notes.clone(),
+        };
+        let stage = Stage::set(recording, &config.stage);
+        if let Ok(stage) = &stage {
+            (told.mapping, told.testing) = (stage.mapping.len(), stage.testing.len());
+            told.notes.extend(stage.notes.iter().cloned());
+        }
+        record.datasets.push(told);
+        let mut examiner = Examiner {
+            config,
+            folder: folders.configuration,
+            opened,
+            stage,
+            school: School::new(folders.models, name),
+            dataset: &dataset.name,
+            waiting: &mut waiting,
+        };
+        examiner.ask(&mut record, &mut timing);
+    }
+    record.recognition_tests = record
+        .recognition
+        .as_ref()
+        .filter(|_| config.dataset.len() > 1)
+        .map(significance::paired_tests)
+        .unwrap_or_default();
+    timing.seconds = started.elapsed().as_secs_f64();
+    Ok(Comparison { record, timing })
+}
+
+impl ComparisonRecord {
+    /// Before anybody was asked.
+    fn new(config: &CompareConfig) -> Result<Self> {
+        let who = |takes_part: fn(&System) -> bool| -> Vec<usize> {
+            let all = config.system.iter().enumerate();
+            all.filter(|(_, system)| takes_part(&system.system))
+                .map(|(number, _)| number)
+                .collect()
+        };
+        let unreadable = |e: serde_json::Error| Error::work(format!("configuration: {e}"));
+        let resolved = serde_json::to_value(config).map_err(unreadable)?;
+        Ok(Self {
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            seed: config.seed,
+            truth: resolved["stage"]["truth"]
+                .as_str()
+                .unwrap_or_default()
+                .to_string(),
+            datasets: Vec::new(),
+            systems: config
+                .system
+                .iter()
+                .map(|system| SystemRecord {
+                    name: system.name.clone(),
+                    kind: system.system.kind().to_string(),
+                    what: system.system.what().to_string(),
+                })
+                .collect(),
+            standard: Section::new(&config.standard, who(System::takes_trials)),
+            recognition: Section::new(&config.recognition, who(System::recognises)),
+            recognition_tests: Vec::new(),
+            error_reduction: Section::new(&config.error_reduction, who(System::takes_snapshots)),
+            landmarks: Section::new(&config.landmarks, who(System::is_hand_made)),
+            config: resolved,
+        })
+    }
+
+    /// Who is asked in each section.
+    fn sections(&self) -> impl Iterator<Item = &Vec<usize>> {
+        let standard = self.standard.iter().map(|section| &section.systems);
+        let recognition = self.recognition.iter().map(|section| &section.systems);
+        let reduction = self.error_reduction.iter().map(|section| &section.systems);
+        let landmarks = self.landmarks.iter().map(|section| &section.systems);
+        standard
+            .chain(recognition)
+            .chain(reduction)
+            .chain(landmarks)
+    }
+}
+
+impl<C: Clone, T> Section<C, T> {
+    fn new(config: &Option<C>, systems: Vec<usize>) -> Option<Self> {
+        config.clone().map(|config| Self {
+            config,
+            cells: systems.iter().map(|_| Vec::new()).collect(),
+            systems,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,85 @@
+//! What is played back: datasets from files, and worlds simulated at once.
+
+use super::config::DatasetConfig;
+use crate::{
+    error::{Error, Result},
+    recording::{Recording, npz},
+    seed::Seed,
+    world::{
+        Building,
+        simulation::{Choice, simulate},
+    },
+};
+use std::path::Path;
+
+/// Where a dataset was simulated.
+pub(super) struct World {
+    pub building: Building,
+    /// The set of runs that was asked for.
+    pub set: Option<String>,
+}
+
+/// A dataset, ready to be played back.
+pub(super) struct Opened {
+    pub recording: Recording,
+    /// What it was simulated in; none where it was read from a file.
+    pub world: Option<World>,
+    /// What a caption must say of it.
+    pub notes: Vec<String>,
+}
+
+impl Opened {
+    /// Reads or simulates a dataset; its files lie in `folder`.
+    ///
+    /// # Errors
+    /// Where a file can't be read or is none of its kind, or the world's robot can't drive; the message names the file.
+    pub fn open(config: &DatasetConfig, folder: &Path, seed: u64) -> Result<Self> {
+        let (recording, world) = match (&config.file, &config.world) {
+            (Some(file), _) => (npz::read(&folder.join(file))?, None),
+            (None, Some(world)) => {
+                let file = folder.join(world);
+                let building = Building::read(&file)?;
+                let choice = Choice {
+                    set: config.set.clone(),
+                    runs: config.runs,
+                };
+                let seed = Seed(config.seed.unwrap_or(seed));
+                let simulated = simulate(&building, seed, &choice);
+                let recording = as_read(simulated.map_err(|e| e.in_file(&file))?)?;
+                (
+                    recording,
+                    Some(World {
+                        building,
+                        set: choice.set,
+                    }),
+                )
+            }
+            (None, None) => {
+                let fault = "a dataset without `file` and `world`; expected one of them";
+                return Err(Error::usage(fault));
+            }
+        };
+        let one_way = recording.goes_one_way();
+        let notes = match one_way {
+            true => Vec::new(),
+            false => vec!["route left out, as it is not driven one way".to_string()],
+        };
+        Ok(Self {
+            recording: match one_way {
+                true => recording,
+                false => recording.in_the_plane(),
+            },
+            world,
+            notes,
+        })
+    }
+}
+
+/// Just what somebody gets who simulates first and reads the file then, checksum and all.
+fn as_read(recording: Recording) -> Result<Recording> {
+    let folder = tempfile::tempdir()
+        .map_err(|e| Error::io("cannot make a temporary folder", std::env::temp_dir(), e))?;
+    let file = folder.path().join("simulated.npz");
+    npz::write(&file, &recording)?;
+    npz::read(&file)
+}

@@ -1,0 +1,252 @@
+//! What came of a comparison: enough to draw every table and picture again without the data.
+
+use crate::experiment::{
+    error_reduction::{Curve, ErrorReductionConfig},
+    landmarks::{LandmarkRecord, LandmarksConfig},
+    recognition::{RecognitionConfig, RecognitionRecord},
+    standard::{StandardConfig, StandardRecord},
+};
+use serde::{Deserialize, Serialize};
+
+/// A comparison and how long it took. As JSON the record's keys stand at the top, and beside them `timing`, which alone
+/// differs from one call to the next.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// What came of it: the same bytes for the same call.
+    #[serde(flatten)]
+    pub record: ComparisonRecord,
+    /// How long it took.
+    pub timing: Timing,
+}
+
+/// What came of a comparison.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ComparisonRecord {
+    /// Version of this crate that compared.
+    pub version: String,
+    /// The one seed.
+    pub seed: u64,
+    /// What was true: `pose` or `odometry`.
+    pub truth: String,
+    /// What was played back.
+    pub datasets: Vec<DatasetRecord>,
+    /// Who answered.
+    pub systems: Vec<SystemRecord>,
+    /// The standard experiment.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub standard: Option<Section<StandardConfig, StandardCell>>,
+    /// Recognition with as many responses as each other.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub recognition: Option<Section<RecognitionConfig, RecognitionRecord>>,
+    /// Paired tests between the systems of `recognition`, with two datasets or more.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub recognition_tests: Vec<PairedTest>,
+    /// Error reduction against prior uncertainty.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub error_reduction: Option<Section<ErrorReductionConfig, Curve>>,
+    /// Hand-made landmarks against the plan.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub landmarks: Option<Section<LandmarksConfig, LandmarkRecord>>,
+    /// The resolved configuration.
+    pub config: serde_json::Value,
+}
+
+/// A dataset of a comparison.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DatasetRecord {
+    /// What tables call it.
+    pub name: String,
+    /// Where it comes from, as its file says.
+    pub source: Option<String>,
+    /// SHA-256 of its file.
+    pub sha256: Option<String>,
+    /// Snapshots in all.
+    pub snapshots: usize,
+    /// Snapshots that were learned from; none where the stage could not be set.
+    pub mapping: usize,
+    /// Snapshots that were tested on.
+    pub testing: usize,
+    /// What a caption must say of it.
+    pub notes: Vec<String>,
+}
+
+/// A system of a comparison.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SystemRecord {
+    /// What tables call it.
+    pub name: String,
+    /// Its kind.
+    pub kind: String,
+    /// What that is, in a sentence.
+    pub what: String,
+}
+
+/// One question put to some of the systems on all datasets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Section<C, T> {
+    /// How it was put.
+    pub config: C,
+    /// Who was asked, by their numbers among the systems.
+    pub systems: Vec<usize>,
+    /// What came of it, `[system][dataset]`.
+    pub cells: Vec<Vec<Outcome<T>>>,
+}
+
+/// What came of one system on one dataset: never a hole.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome<T> {
+    /// An answer.
+    Done(T),
+    /// It failed, or its dataset did.
+    Failed {
+        /// For whom reads the table.
+        why: String,
+    },
+    /// The question makes no sense here, such as one about a plan where there is none.
+    NotAsked,
+}
+
+impl<T> Outcome<T> {
+    /// The answer, where there is one.
+    pub fn done(&self) -> Option<&T> {
+        match self {
+            Outcome::Done(answer) => Some(answer),
+            _ => None,
+        }
+    }
+}
+
+impl<C, T> Section<C, T> {
+    /// Reasons of all that failed, `(system, dataset, why)`, the systems by their numbers among all.
+    pub fn failures(&self) -> impl Iterator<Item = (usize, usize, &str)> {
+        self.systems
+            .iter()
+            .zip(&self.cells)
+            .flat_map(|(&system, row)| {
+                row.iter()
+                    .enumerate()
+                    .filter_map(move |(dataset, cell)| match cell {
+                        Outcome::Failed { why } => Some((system, dataset, why.as_str())),
+                        _ => None,
+                    })
+            })
+    }
+
+    /// Is there an answer at all?
+    pub fn any_done(&self) -> bool {
+        self.cells
+            .iter()
+            .flatten()
+            .any(|cell| cell.done().is_some())
+    }
+}
+
+/// A localiser in the standard experiment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StandardCell {
+    /// Places or patterns that it keeps.
+    pub places: usize,
+    /// What it keeps of one, pose included.
+    pub bytes_per_place: usize,
+    /// How it did.
+    #[serde(flatten)]
+    pub record: StandardRecord,
+}
+
+/// Student's t-test for paired samples between two systems, over the datasets on which both gave an answer (Duckett &
+/// Nehmzow 2000, Table 3).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PairedTest {
+    /// Numbers of the two systems.
+    pub systems: [usize; 2],
+    /// Datasets.
+    pub n: usize,
+    /// Student's t; `None` where there are too few datasets, or all differences are the same.
+    pub t: Option<f64>,
+    /// Two-sided.
+    pub p: Option<f64>,
+    /// The same, corrected for the number of tests (Holm 1979).
+    pub p_holm: Option<f64>,
+}
+
+/// Seconds on the machine that compared.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Of everything.
+    pub seconds: f64,
+    /// Of each recogniser on each dataset of `recognition`: one pattern compared with a snapshot, `[system][dataset]`.
+    pub seconds_per_match: Vec<Vec<Option<f64>>>,
+}
+
+impl ComparisonRecord {
+    /// Reasons of all failures, in the order of the sections: section, system, dataset, why.
+    pub fn failures(&self) -> Vec<[&str; 4]> {
+        let mut all = Vec::new();
+        macro_rules! section {
+            ($name:literal, $section:expr) => {
+                for (system, dataset, why) in $section.iter().flat_map(Section::failures) {
+                    let (system, dataset) =
+                        (&self.systems[system].name, &self.datasets[dataset].name);
+                    all.push([$name, system.as_str(), dataset.as_str(), why]);
+                }
+            };
+        }
+        section!("standard", self.standard);
+        section!("recognition", self.recognition);
+        section!("error_reduction", self.error_reduction);
+        section!("landmarks", self.landmarks);
+        all
+    }
+
+    /// Is there any answer?
+    pub fn any_done(&self) -> bool {
+        self.standard.as_ref().is_some_and(Section::any_done)
+            || self.recognition.as_ref().is_some_and(Section::any_done)
+            || self.error_reduction.as_ref().is_some_and(Section::any_done)
+            || self.landmarks.as_ref().is_some_and(Section::any_done)
+    }
+
+    /// What a file of each dataset may be called: letters, digits, and no two alike.
+    pub fn file_names(&self) -> Vec<String> {
+        file_names(self.datasets.iter().map(|dataset| dataset.name.as_str()))
+    }
+}
+
+/// What files after these names may be called: ASCII letters, digits, `-` and `_`, and no two alike, also where a file
+/// system takes capitals for small letters.
+pub fn file_names<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut made: Vec<String> = Vec::new();
+    for name in names {
+        let plain = |c: char| match c {
+            c if c.is_ascii_alphanumeric() || c == '-' => c,
+            _ => '_',
+        };
+        let stem: String = name.chars().take(60).map(plain).collect();
+        let numbered = |number: usize| match number {
+            1 => stem.clone(),
+            number => format!("{stem}-{number}"),
+        };
+        let free = |name: &String| !made.iter().any(|other| other.eq_ignore_ascii_case(name));
+        // One of them is free, as each other name takes one at most.
+        let name = (1..=made.len() + 1).map(numbered).find(free);
+        made.push(name.unwrap_or_else(|| made.len().to_string()));
+    }
+    made
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_names_are_plain_and_differ() {
+        let names = ["A, \"b\"", "A, 'b'", "../x", "a__-b_", "é", ""];
+        let made = file_names(names.into_iter());
+        assert_eq!(made, ["A___b_", "A___b_-2", "___x", "a__-b_", "_", ""]);
+        assert_eq!(
+            file_names(["a", "A", "a-2"].into_iter()),
+            ["a", "A-2", "a-2-2"]
+        );
+    }
+}

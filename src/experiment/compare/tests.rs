@@ -1,0 +1,178 @@
+//! What a configuration may say, and what is told of what it may not.
+
+use super::*;
+use crate::{localiser, recogniser};
+
+const DATASET: &str = "[[dataset]]\nfile = 'a.npz'\n";
+const SYSTEM: &str = "[[system]]\nkind = 'nearest'\n";
+
+#[track_caller]
+fn refused(text: &str, parts: &[&str]) {
+    let error = CompareConfig::parse(text).unwrap_err();
+    assert!(error.is_usage(), "{error}");
+    let words = error.to_string();
+    assert!(!words.contains('\n'), "{words}");
+    for part in parts {
+        assert!(words.contains(part), "`{part}` is missing in: {words}");
+    }
+}
+
+#[test]
+fn every_kind_of_both_registries_may_take_part() {
+    let recognisers = recogniser::Kind::ALL.iter().map(|kind| kind.name());
+    let localisers = localiser::Kind::ALL.iter().map(|kind| kind.name());
+    for kind in recognisers
+        .chain(localisers)
+        .chain(["door", "ceiling_light"])
+    {
+        let text =
+            format!("{DATASET}{SYSTEM}name = 'x'\n[[system]]\nkind = '{kind}'\n[standard]\n");
+        match CompareConfig::parse(&text) {
+            Ok(config) => {
+                assert_eq!(config.system[1].name, kind);
+                assert_eq!(config.system[1].system.kind(), kind);
+                assert!(!config.system[1].system.what().is_empty());
+            }
+            // What can't do without a file says which.
+            Err(error) => assert!(error.to_string().contains("none; expected"), "{error}"),
+        }
+        let listed = format!("{DATASET}[[system]]\nkind = 'gps'\n[standard]\n");
+        refused(&listed, &["line 4", "no kind `gps`", kind]);
+    }
+}
+
+#[test]
+fn constants_and_names_are_taken() {
+    let config = CompareConfig::parse(
+        "seed = 7\n[[dataset]]\nworld = 'w/hall.toml'\nseed = 3\n[[dataset]]\nname = 'hall, again'\nfile = 'hall.npz'\n\
+         [[system]]\nkind = 'nearest'\nname = 'a, \"b\"'\nspacing_m = 2\n\
+         [[system]]\nkind = 'ball'\n[system.train]\nfeatures = 2\ndescent = { steps = 5 }\n[recognition]\nbin_m = 3.0\n",
+    )
+    .unwrap();
+    assert_eq!(config.seed, 7);
+    assert_eq!(
+        [&config.dataset[0].name, &config.dataset[1].name],
+        ["hall", "hall, again"]
+    );
+    assert_eq!(
+        (config.dataset[0].seed, config.dataset[1].seed),
+        (Some(3), None)
+    );
+    let System::Recogniser(recogniser::Config::Nearest(nearest)) = &config.system[0].system else {
+        panic!("{:?}", config.system[0]);
+    };
+    assert_eq!(
+        (config.system[0].name.as_str(), nearest.spacing_m),
+        ("a, \"b\"", 2.0)
+    );
+    let recipe = config.system[1].recipe().unwrap();
+    assert_eq!((recipe.features, recipe.descent.steps), (2, 5));
+    assert_eq!(config.recognition.as_ref().unwrap().bin_m, 3.0);
+    assert!(config.standard.is_none());
+    let json = serde_json::to_value(&config).unwrap();
+    assert_eq!(json["system"][0]["kind"], "nearest");
+    assert_eq!(json["system"][0]["spacing_m"], 2.0);
+    assert_eq!(json["system"][1]["train"]["features"], 2);
+}
+
+#[test]
+fn faults_are_told_with_their_lines() {
+    refused("seed = 1\n\nspeed = 2\n", &["line 3", "speed"]);
+    refused(
+        &format!("{DATASET}{SYSTEM}[standard]\ntrial = 3\n"),
+        &["line 6", "trial"],
+    );
+    refused(
+        &format!("{DATASET}colour = 1\n{SYSTEM}[standard]\n"),
+        &["line 3", "colour"],
+    );
+    refused(
+        &format!("{DATASET}{SYSTEM}name = 'x'\nspacing = 3\n[standard]\n"),
+        &["line 6", "nearest", "unknown field `spacing`", "spacing_m"],
+    );
+    refused(
+        &format!("{DATASET}{SYSTEM}spacing_m = 'far'\n[standard]\n"),
+        &["line 5", "`spacing_m`", "far"],
+    );
+    refused(
+        &format!("{DATASET}{SYSTEM}signature = {{ weight = 3 }}\n[standard]\n"),
+        &["line 5", "unknown field `weight`"],
+    );
+    refused(
+        &format!("{DATASET}{SYSTEM}name = 3\n[standard]\n"),
+        &["line 5", "`name` is 3"],
+    );
+    refused(
+        &format!("{DATASET}[[system]]\nname = 'x'\n[standard]\n"),
+        &["line 4", "no `kind`"],
+    );
+    refused(
+        &format!("{DATASET}[[system]]\nkind = 'ball'\n[system.train]\nfeature = 3\n[standard]\n"),
+        &["line 5", "`train`", "feature"],
+    );
+    refused("[standard\n", &["line 1"]);
+}
+
+#[test]
+fn what_makes_no_sense_together_is_refused() {
+    refused(
+        &format!("{DATASET}{DATASET}{SYSTEM}[standard]\n"),
+        &["two [[dataset]] named `a`"],
+    );
+    refused(
+        &format!("{DATASET}{SYSTEM}{SYSTEM}[standard]\n"),
+        &["two [[system]] named `nearest`", "`name`"],
+    );
+    refused(&format!("{DATASET}[standard]\n"), &["0 [[system]]"]);
+    refused(&format!("{SYSTEM}[standard]\n"), &["0 [[dataset]]"]);
+    refused(
+        &format!("{DATASET}{SYSTEM}"),
+        &["nothing is asked", "[error_reduction]"],
+    );
+    refused(
+        &format!("{DATASET}world = 'w.toml'\n{SYSTEM}[standard]\n"),
+        &["both `file` and `world`"],
+    );
+    refused(
+        &format!("[[dataset]]\nname = 'x'\n{SYSTEM}[standard]\n"),
+        &["neither `file` nor `world`"],
+    );
+    refused(
+        &format!("{DATASET}runs = 3\n{SYSTEM}[standard]\n"),
+        &["`a`", "for a `world`"],
+    );
+    refused(
+        &format!("{DATASET}[[system]]\nkind = 'dead_reckoning'\n[recognition]\n"),
+        &["[recognition]", "a recogniser"],
+    );
+    refused(
+        &format!("{DATASET}[[system]]\nkind = 'door'\n[standard]\n"),
+        &["[standard]", "localiser"],
+    );
+    refused(
+        &format!("{DATASET}[[system]]\nkind = 'door'\n[landmarks]\n"),
+        &["[landmarks]", "`world`"],
+    );
+    refused(
+        &format!("{DATASET}{SYSTEM}spacing_m = -1\n[standard]\n"),
+        &["`nearest`", "spacing_m = -1"],
+    );
+    refused(
+        &format!("{DATASET}{SYSTEM}[system.train]\nseed = 3\n[standard]\n"),
+        &["`nearest`", "`train` only where"],
+    );
+    refused(
+        &format!(
+            "{DATASET}[[system]]\nkind = 'ball'\n[system.train]\nsplit = {{ test_fold = 0 }}\n[standard]\n"
+        ),
+        &["test_fold", "only the mapping part"],
+    );
+    refused(
+        &format!("{DATASET}{SYSTEM}name = ' '\n[standard]\n"),
+        &["`name` is empty"],
+    );
+    refused(
+        &format!("{DATASET}{SYSTEM}[standard]\nbin_m = 0\n"),
+        &["bin_m"],
+    );
+}

@@ -1,0 +1,77 @@
+//! BaLL's filters for those who ask for them: trained on the mapping part of a dataset, once for each distinct recipe.
+
+use super::record::file_names;
+use crate::{
+    error::{Error, Result},
+    experiment::stage::Stage,
+    learning::{Recipe, lesson::Lesson, trainer},
+    model::Model,
+    storage,
+};
+use std::path::{Path, PathBuf};
+
+/// The models of one dataset.
+pub(super) struct School<'a> {
+    folder: &'a Path,
+    dataset: &'a str,
+    /// What was trained, and where it lies or why it failed.
+    trained: Vec<(Recipe, std::result::Result<PathBuf, String>)>,
+}
+
+impl<'a> School<'a> {
+    /// For a dataset whose models go to this folder, their names beginning with the dataset's.
+    pub fn new(folder: &'a Path, dataset: &'a str) -> Self {
+        Self {
+            folder,
+            dataset,
+            trained: Vec::new(),
+        }
+    }
+
+    /// The file of the model of a recipe; `system` gives it its name.
+    ///
+    /// # Errors
+    /// Where the mapping part is not enough to learn from, or the file can't be written.
+    pub fn model(
+        &mut self,
+        system: &str,
+        recipe: &Recipe,
+        stage: &Stage,
+        progress: &mut dyn FnMut(trainer::Progress),
+    ) -> Result<PathBuf> {
+        let known = self.trained.iter().position(|(known, _)| known == recipe);
+        let at = match known {
+            Some(at) => at,
+            None => {
+                let number = self.trained.len();
+                let all = [self.dataset, system].into_iter();
+                let name = match &file_names(all)[..] {
+                    [dataset, system] if number == 0 => format!("{dataset}-{system}"),
+                    names => format!("{}-{}", names.join("-"), number + 1),
+                };
+                let file = self.folder.join(format!("{name}.safetensors"));
+                let made = train(recipe, stage, &file, progress);
+                let made = made.map(|()| file).map_err(|e| e.to_string());
+                self.trained.push((recipe.clone(), made));
+                number
+            }
+        };
+        self.trained[at].1.clone().map_err(Error::work)
+    }
+}
+
+fn train(
+    recipe: &Recipe,
+    stage: &Stage,
+    file: &Path,
+    progress: &mut dyn FnMut(trainer::Progress),
+) -> Result<()> {
+    let recording = stage.recording.select(&stage.mapping)?;
+    let split = recipe.split.split(&recording)?;
+    let lesson = Lesson::prepare(recipe, &recording, &split)?;
+    let trained = trainer::train(recipe, &lesson, None, false, "", progress)?;
+    if let Some(folder) = file.parent() {
+        storage::make_folder(folder)?;
+    }
+    Model::new(recipe, &recording, &lesson, trained).write(file)
+}

@@ -1,0 +1,41 @@
+//! What somebody who waits is told.
+
+/// How far a comparison is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress<'a> {
+    /// Datasets, trainings and cells done.
+    pub done: usize,
+    /// Of so many.
+    pub of: usize,
+    /// What is being done.
+    pub now: &'a str,
+}
+
+/// Counts what is done and tells it on.
+pub(super) struct Waiting<'a> {
+    begun: usize,
+    of: usize,
+    tell: &'a mut dyn FnMut(Progress),
+}
+
+impl<'a> Waiting<'a> {
+    /// Before the first of so many steps.
+    pub fn new(of: usize, tell: &'a mut dyn FnMut(Progress)) -> Self {
+        Self { begun: 0, of, tell }
+    }
+
+    /// The next step begins.
+    pub fn next(&mut self, now: &str) {
+        self.begun += 1;
+        self.meanwhile(now);
+    }
+
+    /// The step goes on.
+    pub fn meanwhile(&mut self, now: &str) {
+        (self.tell)(Progress {
+            done: self.begun.saturating_sub(1),
+            of: self.of,
+            now,
+        });
+    }
+}

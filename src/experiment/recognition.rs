@@ -1,0 +1,301 @@
+//! Recognition without memory: every test snapshot is answered once, by systems that give the same number of responses.
+//!
+//! D00 (Duckett & Nehmzow 2000), Experiments: places are bins of 6 m, the first lap is learned from and the others are
+//! answered, and the parameters of each system are set so that all give the same number of responses N_R: more responses
+//! can tell more, whoever gives them.
+
+use super::{
+    stage::Stage,
+    standard::{MOST_DRAWINGS, numbered_from_zero},
+};
+use crate::{
+    error::{Error, Result},
+    recogniser::{self, Config, Kind, Learned, Recogniser, dial::Dial},
+    score::{Binning, Contingency, Effort, Judgement},
+    seed::Seed,
+};
+use serde::{Deserialize, Serialize};
+use std::{cmp::Ordering, collections::HashSet, time::Instant};
+
+/// The constants of the comparison; the default is D00's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RecognitionConfig {
+    /// Sides of the location bins, metres.
+    pub bin_m: f64,
+    /// Number of responses N_R that all systems are to give; none: as many as the nearest neighbour's with its own
+    /// constants, patterns 1.5 m apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub responses: Option<usize>,
+    /// How far from it a system may stay. Ours: "as closely as possible".
+    pub tolerance: usize,
+    /// Random tables for the p-value; 0: no p-value.
+    pub permutations: u64,
+    /// Bootstrap resamples for the interval; 0: none.
+    pub resamples: u64,
+}
+
+impl Default for RecognitionConfig {
+    fn default() -> Self {
+        let effort = Effort::default();
+        Self {
+            bin_m: 6.0,
+            responses: None,
+            tolerance: 1,
+            permutations: effort.permutations,
+            resamples: effort.resamples,
+        }
+    }
+}
+
+/// Most responses that can be asked for.
+const MOST_RESPONSES: usize = 10_000;
+/// Steps of the search by halves: each dial's range is left with a part in a million.
+const HALVINGS: usize = 20;
+/// Values tried evenly over the range, from where halving ended outwards, where it ended beside the number: it needn't
+/// fall or rise all the way.
+const EVEN: usize = 48;
+
+impl RecognitionConfig {
+    /// # Errors
+    /// A usage error that names the key out of bounds.
+    pub fn check(&self) -> Result<()> {
+        let wrong = |key: &str, value: String, expected: &str| {
+            Err(Error::usage(format!(
+                "recognition.{key} = {value}: expected {expected}"
+            )))
+        };
+        if !(self.bin_m > 0.0 && self.bin_m.is_finite()) {
+            return wrong("bin_m", self.bin_m.to_string(), "more than 0");
+        }
+        if let Some(responses) = self.responses
+            && !(2..=MOST_RESPONSES).contains(&responses)
+        {
+            return wrong("responses", responses.to_string(), "2 to 10000");
+        }
+        for (key, value) in [
+            ("permutations", self.permutations),
+            ("resamples", self.resamples),
+        ] {
+            if value > MOST_DRAWINGS {
+                return wrong(key, value.to_string(), "1000000 or less");
+            }
+        }
+        Ok(())
+    }
+
+    /// N_R: the number asked for, or the nearest neighbour's on this stage.
+    ///
+    /// # Errors
+    /// As [`recognise`].
+    pub fn wanted(&self, stage: &Stage, seed: Seed) -> Result<usize> {
+        self.check()?;
+        match self.responses {
+            Some(responses) => Ok(responses),
+            None => Ok(Answers::of(stage, &Kind::Nearest.default_config(), seed)?.different()),
+        }
+    }
+}
+
+/// What the comparison says of a recogniser.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecognitionRecord {
+    /// Its constants, as they were set for the number of responses.
+    pub config: Config,
+    /// Patterns that it keeps.
+    pub patterns: usize,
+    /// N_R: different responses in the test, no answer being one of them.
+    pub responses: usize,
+    /// The number that was to be met; none where it was left as it is.
+    pub wanted: Option<usize>,
+    /// Share of the snapshots that it didn't answer.
+    pub unanswered: f64,
+    /// Bytes that it keeps of a pattern.
+    pub bytes_per_place: usize,
+    /// Patterns that a snapshot is compared with.
+    pub matches: usize,
+    /// Its answers, judged.
+    pub judgement: Judgement,
+}
+
+/// A recogniser that has learned, and its answers to the testing part.
+struct Answers {
+    learned: Learned,
+    classes: Vec<Option<usize>>,
+}
+
+impl Answers {
+    fn of(stage: &Stage, config: &Config, seed: Seed) -> Result<Self> {
+        let learned = recogniser::learn(config, &stage.recording, &stage.mapping, seed)?;
+        let recogniser = learned.as_recogniser();
+        recogniser.check_channels(stage.recording.channels())?;
+        let answers = recogniser.respond_all(&stage.recording, &stage.testing);
+        let classes = answers
+            .iter()
+            .map(|answer| answer.map(|a| a.class))
+            .collect();
+        Ok(Self { learned, classes })
+    }
+
+    fn different(&self) -> usize {
+        self.classes.iter().collect::<HashSet<_>>().len()
+    }
+}
+
+/// Lets a recogniser learn from the mapping part and answer the testing part, with its [`Dial`] turned so that it gives
+/// `wanted` responses, or its constants as they are where no number is wanted. Judged by these bins, which must be the
+/// stage's own.
+///
+/// ```
+/// use ballmark::{experiment::{recognition::{RecognitionConfig, recognise}, stage::{Mapping, Stage, StageConfig}},
+///     recogniser::Kind, seed::Seed, world::corridor};
+/// let config = corridor::CorridorConfig { runs: 2, spacing_m: 0.5, ..Default::default() };
+/// let recording = corridor::thrun1998(Seed(1), &config)?;
+/// let stage = Stage::set(&recording, &StageConfig { mapping: Mapping::FirstRun, ..Default::default() })?;
+/// let config = RecognitionConfig { responses: Some(12), ..Default::default() };
+/// let binning = stage.binning(config.bin_m)?;
+/// for kind in [Kind::Rce, Kind::Nearest] {
+///     let wanted = config.wanted(&stage, Seed(1))?;
+///     let record = recognise(&stage, &binning, &kind.default_config(), Some(wanted), &config, Seed(1))?;
+///     assert!(record.responses.abs_diff(12) <= 1 && record.judgement.uncertainty_coefficient > Some(0.2));
+/// }
+/// # Ok::<(), ballmark::Error>(())
+/// ```
+///
+/// # Errors
+/// Where the recogniser can't learn, or no value of its dial gives the number wanted: the message names dial and number.
+pub fn recognise(
+    stage: &Stage,
+    binning: &Binning,
+    config: &Config,
+    wanted: Option<usize>,
+    recognition: &RecognitionConfig,
+    seed: Seed,
+) -> Result<RecognitionRecord> {
+    recognition.check()?;
+    let (config, answers) = match wanted {
+        None => (config.clone(), Answers::of(stage, config, seed)?),
+        Some(wanted) => tuned(stage, config, wanted, recognition.tolerance, seed)?,
+    };
+    let mut table = Contingency::new();
+    for (&k, class) in stage.testing.iter().zip(&answers.classes) {
+        let location = binning.bin_of(stage.place[k]).ok_or_else(|| {
+            Error::work(format!(
+                "recognition: snapshot {k} is in none of the bins; expected bins laid over this stage"
+            ))
+        })?;
+        table.record(location, *class);
+    }
+    let (_, unit_of) = numbered_from_zero(stage.testing.iter().map(|&k| stage.unit[k]));
+    let effort = Effort {
+        permutations: recognition.permutations,
+        resamples: recognition.resamples,
+    };
+    let recogniser = answers.learned.as_recogniser();
+    let silent = answers
+        .classes
+        .iter()
+        .filter(|class| class.is_none())
+        .count();
+    Ok(RecognitionRecord {
+        config,
+        patterns: recogniser.responses(),
+        responses: answers.different(),
+        wanted,
+        unanswered: silent as f64 / stage.testing.len() as f64,
+        bytes_per_place: recogniser.bytes_per_place(),
+        matches: recogniser.matches(),
+        judgement: Judgement::of(&table, &unit_of, effort, seed),
+    })
+}
+
+/// The constants, and the answers, nearest to the number of responses wanted.
+fn tuned(
+    stage: &Stage,
+    config: &Config,
+    wanted: usize,
+    tolerance: usize,
+    seed: Seed,
+) -> Result<(Config, Answers)> {
+    let dial = Dial::of(config, wanted);
+    let mut best: Option<(usize, Config, Answers)> = None;
+    let mut tried = HashSet::new();
+    // The number of responses at a share of the range, from few to many; none where it was tried before.
+    let mut try_at = |share: f64, best: &mut Option<(usize, Config, Answers)>| -> Result<usize> {
+        let mut config = config.clone();
+        dial.turn(&mut config, dial.at(share));
+        let answers = Answers::of(stage, &config, seed)?;
+        let number = answers.different();
+        let off = number.abs_diff(wanted);
+        if tried.insert(dial.at(share).to_bits())
+            && best.as_ref().is_none_or(|(least, ..)| off < *least)
+        {
+            *best = Some((off, config, answers));
+        }
+        Ok(number)
+    };
+    let (mut few, mut many) = (0.0, 1.0);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (few + many);
+        match try_at(middle, &mut best)?.cmp(&wanted) {
+            Ordering::Less => few = middle,
+            Ordering::Equal => break,
+            Ordering::Greater => many = middle,
+        }
+        if dial.at(few) == dial.at(many) {
+            break;
+        }
+    }
+    let mut even: Vec<f64> = (0..=EVEN).map(|step| step as f64 / EVEN as f64).collect();
+    even.sort_by(|a, b| (a - few).abs().total_cmp(&(b - few).abs()));
+    for share in even {
+        if best.as_ref().is_some_and(|(off, ..)| *off <= tolerance) {
+            break;
+        }
+        try_at(share, &mut best)?;
+    }
+    match best {
+        Some((off, config, answers)) if off <= tolerance => Ok((config, answers)),
+        best => {
+            let (value, number) = best.map_or((f64::NAN, 0), |(_, config, answers)| {
+                (dial.is_at(&config), answers.different())
+            });
+            Err(Error::work(format!(
+                "{}: no {} from {} to {} gives {wanted} responses (± {tolerance}); nearest is {number}, at {value}",
+                config.kind(),
+                dial.key,
+                dial.range[0],
+                dial.range[1]
+            )))
+        }
+    }
+}
+
+/// Snapshots that are answered for one reading of the clock.
+const TIMED: usize = 200;
+/// Seconds that are measured at least.
+const LEAST_S: f64 = 0.3;
+
+/// Seconds for comparing a snapshot with one pattern, all that belongs to answering included, on one thread: the fastest
+/// of several passes over at most 200 snapshots of the testing part. D00's T, "the mean processor time required to match
+/// a landmark". A timing: kept out of records.
+pub fn seconds_per_match(stage: &Stage, recogniser: &dyn Recogniser) -> f64 {
+    let every = stage.testing.len().div_ceil(TIMED).max(1);
+    let some: Vec<usize> = stage.testing.iter().copied().step_by(every).collect();
+    let (begun, mut fastest) = (Instant::now(), f64::INFINITY);
+    loop {
+        let pass = Instant::now();
+        for &k in &some {
+            let answer =
+                recogniser.respond(stage.recording.channels(), &stage.recording.observation(k));
+            std::hint::black_box(answer);
+        }
+        fastest = fastest.min(pass.elapsed().as_secs_f64());
+        if begun.elapsed().as_secs_f64() > LEAST_S {
+            return fastest / (some.len() * recogniser.matches().max(1)) as f64;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
