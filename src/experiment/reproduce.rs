@@ -69,6 +69,11 @@ impl Paper {
         }
     }
 
+    /// Name of the comparison's file among those [unpacked](Self::unpack).
+    pub fn configuration(self) -> &'static str {
+        self.files()[0].0
+    }
+
     /// The comparison that makes its tables.
     ///
     /// ```
@@ -93,7 +98,7 @@ impl Paper {
             let path = folder.join(name);
             if let Some(parent) = path.parent() {
                 std::fs::create_dir_all(parent)
-                    .map_err(|e| Error::io("cannot make the folder", parent.display(), e))?;
+                    .map_err(|e| Error::io("cannot make the folder", parent, e))?;
             }
             storage::write_file(&path, |out| out.write_all(text.as_bytes()))?;
             Ok(path)
