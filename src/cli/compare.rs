@@ -7,7 +7,7 @@ use crate::{
         CompareConfig, Comparison, ComparisonRecord, Folders, HandMade, compare,
     },
     localiser, recogniser,
-    report::comparison::{Reader, caption, pictures, sheets},
+    report::comparison::{Reader, Sheet, caption, pictures, sheets},
     storage,
 };
 use std::path::{Path, PathBuf};
@@ -72,15 +72,38 @@ Example:
 pub fn run(arguments: Arguments) -> Result<Outcome> {
     let out = arguments.out.as_deref();
     if let Some(folder) = out {
-        storage::make_folder(folder)?;
-        // A folder that takes no file is told now, not after the work.
-        tempfile::tempfile_in(folder).map_err(|e| Error::io("cannot write to", folder, e))?;
+        make_writable(folder)?;
     }
     let comparison = match (&arguments.redraw, &arguments.config) {
         (Some(record), _) => read(record)?,
-        (None, Some(config)) => compared(config, &arguments)?,
+        (None, Some(config)) => compared(config, arguments.seed, arguments.toy, out)?,
         (None, None) => return Err(Error::usage("no configuration; expected C.toml")), // clap sees to it
     };
+    let is_new = arguments.redraw.is_none();
+    tell(
+        &comparison,
+        sheets(&comparison),
+        is_new,
+        out,
+        arguments.json,
+    )
+}
+
+/// Makes a folder that results go to. One that takes no file is told now, not after the work.
+pub(super) fn make_writable(folder: &Path) -> Result<()> {
+    storage::make_folder(folder)?;
+    tempfile::tempfile_in(folder).map_err(|e| Error::io("cannot write to", folder, e))?;
+    Ok(())
+}
+
+/// Prints the tables, or the record as JSON, and writes everything to a folder: the record too, where it `is_new`.
+pub(super) fn tell(
+    comparison: &Comparison,
+    sheets: Vec<Sheet>,
+    is_new: bool,
+    out: Option<&Path>,
+    json: bool,
+) -> Result<Outcome> {
     let record = &comparison.record;
     let failures = record.failures();
     if !record.any_done() {
@@ -88,16 +111,16 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         return Err(Error::work(format!("nothing could be compared: {why}")));
     }
     if let Some(folder) = out {
-        if arguments.redraw.is_none() {
-            write_json(&folder.join("comparison.json"), &comparison)?;
+        if is_new {
+            write_json(&folder.join("comparison.json"), comparison)?;
             write_json(&folder.join("config.json"), &resolved(record))?;
         }
-        write_tables(folder, &comparison)?;
+        write_tables(folder, comparison, &sheets)?;
     }
-    if arguments.json {
-        print(&(in_json(&comparison)? + "\n"))?;
+    if json {
+        print(&(in_json(comparison)? + "\n"))?;
     } else {
-        print(&text(&comparison))?;
+        print(&text(record, &sheets))?;
     }
     for [section, system, dataset, why] in &failures {
         warn(&format!("failed: [{section}] {system} on {dataset}: {why}"));
@@ -108,13 +131,19 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     })
 }
 
-fn compared(file: &Path, arguments: &Arguments) -> Result<Comparison> {
+/// Compares as a file says, but for another seed, or at toy size.
+pub(super) fn compared(
+    file: &Path,
+    seed: Option<u64>,
+    toy: bool,
+    out: Option<&Path>,
+) -> Result<Comparison> {
     let mut config = CompareConfig::read(file)?;
-    config.seed = arguments.seed.unwrap_or(config.seed);
-    if arguments.toy {
+    config.seed = seed.unwrap_or(config.seed);
+    if toy {
         config.shrink_to_toy();
     }
-    let kept = arguments.out.as_ref().map(|folder| folder.join("models"));
+    let kept = out.map(|folder| folder.join("models"));
     let temporary;
     let models = match &kept {
         Some(folder) => folder,
@@ -168,15 +197,15 @@ fn resolved(record: &ComparisonRecord) -> serde_json::Value {
 }
 
 /// Every table in every format, and every picture.
-fn write_tables(folder: &Path, comparison: &Comparison) -> Result<()> {
-    for sheet in sheets(comparison) {
-        let mut table = sheet.table;
+fn write_tables(folder: &Path, comparison: &Comparison, sheets: &[Sheet]) -> Result<()> {
+    for sheet in sheets {
+        let mut table = sheet.table.clone();
         let csv = table.csv();
         write_text(&folder.join(format!("{}.csv", sheet.name)), &csv)?;
         if sheet.reader == Reader::Programs {
             continue;
         }
-        table.caption(sheet.title);
+        table.caption(&sheet.title);
         for line in caption(&comparison.record) {
             table.caption(line);
         }
@@ -193,10 +222,10 @@ fn write_tables(folder: &Path, comparison: &Comparison) -> Result<()> {
 }
 
 /// For the terminal: the tables that can be looked at, and once what holds for all of them.
-fn text(comparison: &Comparison) -> String {
-    let sheets = sheets(comparison).into_iter();
-    let shown = sheets.filter(|sheet| sheet.reader == Reader::Everyone);
+fn text(record: &ComparisonRecord, sheets: &[Sheet]) -> String {
+    let everyone = |sheet: &&Sheet| sheet.reader == Reader::Everyone;
+    let shown = sheets.iter().filter(everyone);
     let tables = shown.map(|sheet| format!("{}\n\n{}\n", sheet.title, sheet.table.text()));
-    let caption = caption(&comparison.record).join("\n");
+    let caption = caption(record).join("\n");
     tables.collect::<String>() + &caption + "\n"
 }

@@ -8,6 +8,7 @@ mod features;
 mod import;
 mod localise;
 mod progress;
+mod reproduce;
 mod score;
 mod simulate;
 mod train;
@@ -41,6 +42,7 @@ enum Command {
     Export(export::Arguments),
     Compare(compare::Arguments),
     Score(score::Arguments),
+    Reproduce(reproduce::Arguments),
 }
 
 /// How a command ended when it did not fail.
@@ -67,6 +69,7 @@ pub fn run() -> ExitCode {
         Command::Export(arguments) => export::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Score(arguments) => score::run(arguments),
+        Command::Reproduce(arguments) => reproduce::run(arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -11,6 +11,7 @@ pub mod landmarks;
 pub mod laps;
 pub mod printed;
 pub mod recognition;
+pub mod reproduce;
 pub mod stage;
 pub mod standard;
 pub mod trials;

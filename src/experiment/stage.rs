@@ -303,24 +303,17 @@ impl<'a> Stage<'a> {
 /// Where odometry and compass together say that the robot was, metres from the start, in the compass's frame: "the
 /// relative angular displacement of the turret against the base" (D98 5.2) instead of the wheels' own headings.
 fn compass_based_odometry(recording: &Recording) -> Result<Vec<[f64; 2]>> {
-    let mut place = Pose::default();
-    let mut places = Vec::with_capacity(recording.len());
-    for k in 0..recording.len() {
-        let now = recording.observation(k);
-        let Some(heading_rad) = now.compass_rad else {
+    let mut place = [0.0; 2];
+    let mut places = vec![place];
+    for k in 1..recording.len() {
+        let before = recording.observation(k - 1);
+        let Some([dx, dy]) = before.north_displacement(&recording.observation(k)) else {
             return Err(Error::work(
                 "stage.truth = \"odometry\": the recording has no compass; expected one, or stage.truth = \"pose\"",
             ));
         };
-        places.push([place.x_m, place.y_m]);
-        if k + 1 < recording.len() {
-            let next = recording.observation(k + 1).odometry;
-            let there = Pose {
-                heading_rad,
-                ..place
-            };
-            place = there.after(now.odometry.displacement_to(&next));
-        }
+        place = [place[0] + dx, place[1] + dy];
+        places.push(place);
     }
     Ok(places)
 }

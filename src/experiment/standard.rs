@@ -114,7 +114,8 @@ impl StandardConfig {
     }
 
     fn distance_m(&self, table: usize) -> f64 {
-        table as f64 * self.step_m
+        // In whole nanometres: 12 steps of 0.1 m are 1.2 m, not 1.2000000000000002 m.
+        (table as f64 * self.step_m * 1e9).round() / 1e9
     }
 }
 

@@ -6,7 +6,7 @@
 //!
 //! The estimate is the place of the belief's mode, the posterior what the cells of a place hold together. A belief along
 //! a route knows one number of a place; the mapped places nearest along the route, before and behind, say where in the
-//! plane that is.
+//! plane that is. A route driven in laps or both ways is none for such a belief; there the places are poses in the plane.
 
 mod frame;
 mod player;
@@ -195,7 +195,7 @@ impl Bayes {
     ) -> Result<Self> {
         config.check_constants()?;
         known.filters.check_channels(recording.channels())?;
-        frame::check(&known, recording, snapshots)?;
+        let known = frame::fitted(known, recording, snapshots)?;
         Self::try_from(Saved {
             evidence: config.evidence,
             grid: config.grid.clone(),

@@ -8,6 +8,7 @@ mod plan;
 mod plane;
 mod plot;
 mod price;
+pub mod reproduction;
 mod scatter;
 mod table;
 

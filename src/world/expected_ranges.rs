@@ -157,7 +157,7 @@ impl ExpectedRanges {
                 return None;
             }
         }
-        (square < most).then_some(square)
+        Some(square)
     }
 
     /// The same sensors among those walls only that any of them can reach from within `radius_m` of a pose: there, it

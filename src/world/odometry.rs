@@ -6,7 +6,7 @@ use crate::{
     geometry::{Displacement, Pose, wrapped},
     seed::Stream,
 };
-use nalgebra::Vector2;
+use nalgebra::{Rotation2, Vector2};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,8 @@ pub struct OdometryConfig {
     pub by_compass: bool,
     /// Least and greatest further drift, as a share of the way driven: in each run the reckoned place
     /// creeps one way, however the robot turns, since the body of a synchro drive, and with it its faults, does not
-    /// turn. Unlike an error in scale it doesn't cancel out around a closed route.
+    /// turn. Unlike an error in scale it doesn't cancel out around a closed route. Its direction is one of the building,
+    /// whatever heading the wheels count.
     pub creep: [f64; 2],
 }
 
@@ -156,7 +157,10 @@ impl DeadReckoning {
                     from.heading_rad = wrapped(from.heading_rad - drifted_rad);
                 }
                 let mut there = from.after(self.measured(step, random));
-                let crept = self.creep * step.distance_m();
+                // The body's faults keep their direction in the building, however far the wheels' heading is off.
+                let astray_rad = last.reckoned.heading_rad - last.truth.heading_rad;
+                let frame_rad = if by_compass { 0.0 } else { astray_rad };
+                let crept = Rotation2::new(frame_rad) * self.creep * step.distance_m();
                 there.x_m += crept.x;
                 there.y_m += crept.y;
                 there

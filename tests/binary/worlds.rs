@@ -4,9 +4,11 @@
 
 use super::support::Workplace;
 use ballmark::{
+    geometry::wrapped,
     recording::{Recording, npz},
     score::Binning,
-    world::{Building, WorldConfig},
+    seed::Seed,
+    world::{Building, WorldConfig, simulate},
 };
 use std::{collections::BTreeMap, path::Path};
 
@@ -156,4 +158,39 @@ fn every_world_is_the_one_its_page_tells_of() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(all.is_empty(), "stated, but not there: {:?}", all.keys());
+}
+
+/// Duckett & Nehmzow 1998, 5.2 and Fig. 4: what the wheels count loses its heading; with north from the compass 2 to 5 % of the
+/// way are left, and here what the compass's distortion bends.
+#[test]
+fn the_compass_makes_of_raw_odometry_one_that_does_not_turn_away() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/worlds");
+    for letter in ["a", "b", "c", "d", "e", "f"] {
+        let world = Building::read(&folder.join(format!("duckett1998-{letter}.toml"))).unwrap();
+        let speed_m_per_s = world.robot().speed_m_per_s;
+        let recording = simulate(&world, Seed(1), &Default::default()).unwrap();
+        let (_, _, end) = laps(&recording, speed_m_per_s);
+        let (poses, way_m) = (recording.poses(), recording.travelled_m()[end - 1]);
+        let mut by_compass = [poses[0].x_m, poses[0].y_m];
+        for k in 1..end {
+            let (from, to) = (recording.observation(k - 1), recording.observation(k));
+            let moved = from.north_displacement(&to).unwrap();
+            by_compass = [by_compass[0] + moved[0], by_compass[1] + moved[1]];
+        }
+        let truth = &poses[end - 1];
+        let off = (by_compass[0] - truth.x_m).hypot(by_compass[1] - truth.y_m) / way_m;
+        let turned = |k: usize| {
+            wrapped(recording.observation(k).odometry.heading_rad - poses[k].heading_rad)
+        };
+        let lap = (1..end)
+            .find(|&k| recording.travelled_m()[k] > 50.0)
+            .unwrap();
+        let turned_rad = wrapped(turned(lap) - turned(0)).abs();
+        println!(
+            "{letter}: {:.1} % by the compass, {turned_rad:.2} rad in 50 m by the wheels",
+            100.0 * off
+        );
+        assert!((0.015..0.065).contains(&off), "{letter}: {off}");
+        assert!(turned_rad > 0.3, "{letter}: {turned_rad}");
+    }
 }

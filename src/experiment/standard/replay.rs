@@ -74,7 +74,10 @@ pub fn trials(stage: &Stage, config: &StandardConfig) -> Result<(Vec<Trial>, Vec
             // The next of those due, on the grid of intervals, that is not over yet.
             let over = ((stamps[start] - due_s) / config.every_s + ROUNDING).floor();
             due_s += config.every_s * (over + 1.0);
-            trials.push(trial(stage, config, start..block.end));
+            // Counted from the block's start, so that no few trials make a lap of their own by rounding.
+            let lap = laps.map_or(0, |(lap_m, _)| (done_m / lap_m) as usize);
+            let unit = stage.unit[block.start] + lap;
+            trials.push(trial(stage, config, start..block.end, unit));
         }
     }
     match trials.is_empty() {
@@ -99,7 +102,7 @@ fn blocks(stage: &Stage) -> Vec<Range<usize>> {
     blocks
 }
 
-fn trial(stage: &Stage, config: &StandardConfig, room: Range<usize>) -> Trial {
+fn trial(stage: &Stage, config: &StandardConfig, room: Range<usize>, unit: usize) -> Trial {
     let travelled = |k: usize| stage.travelled_m[k] - stage.travelled_m[room.start];
     let mut step = 0;
     let step_at: Vec<usize> = (0..config.tables())
@@ -115,6 +118,6 @@ fn trial(stage: &Stage, config: &StandardConfig, room: Range<usize>) -> Trial {
     Trial {
         snapshots: (room.start..=room.start + step).collect(),
         step_at,
-        unit: stage.unit[room.start],
+        unit,
     }
 }

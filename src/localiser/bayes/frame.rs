@@ -12,15 +12,21 @@ use std::collections::HashSet;
 /// Share of the mapping part that must lie at mapped places. A map in another frame may still cross it here and there.
 const LEAST_MAPPED: f64 = 0.5;
 
-/// The map must know the places of the mapping part, in the recording's own frame, and must not have been made from
-/// snapshots that are answered later.
+/// What a model knows, for this recording: its map must know the places of the mapping part, in the recording's own frame,
+/// and must not have been made from snapshots that are answered later. Where the map lies along a route that the recording
+/// has not, or drives in laps or both ways, a place is its pose in the plane instead.
 ///
 /// # Errors
-/// Where one of the two is not so, or the map lies along a route that the recording doesn't follow one way.
-pub(super) fn check(known: &Known, recording: &Recording, mapping: &[usize]) -> Result<()> {
-    let (map, mapped) = match &known.route_m {
-        Some(route) => (Places::Route(route.clone()), along_route(recording)?),
-        None => {
+/// Where the map is none of this recording's mapping part.
+pub(super) fn fitted(known: Known, recording: &Recording, mapping: &[usize]) -> Result<Known> {
+    let along = |_: &Vec<f64>| recording.route_m().is_some() && recording.goes_one_way();
+    let known = Known {
+        route_m: known.route_m.filter(along),
+        ..known
+    };
+    let (map, mapped) = match (&known.route_m, recording.route_m()) {
+        (Some(own), Some(route)) => (Places::Route(own.clone()), Places::Route(route.to_vec())),
+        _ => {
             let poses = recording.poses().to_vec();
             (Places::Plane(known.pose.clone()), Places::Plane(poses))
         }
@@ -34,7 +40,7 @@ pub(super) fn check(known: &Known, recording: &Recording, mapping: &[usize]) -> 
             mapping.len()
         )));
     }
-    let seen = seen_outside(known, recording, mapping);
+    let seen = seen_outside(&known, recording, mapping);
     // One or two may be chance: runs like to begin at (0, 0, 0).
     if seen > 2 {
         return Err(Error::work(format!(
@@ -42,17 +48,7 @@ pub(super) fn check(known: &Known, recording: &Recording, mapping: &[usize]) -> 
              expected one trained on these alone"
         )));
     }
-    Ok(())
-}
-
-fn along_route(recording: &Recording) -> Result<Places> {
-    match recording.route_m() {
-        Some(route) if recording.goes_one_way() => Ok(Places::Route(route.to_vec())),
-        _ => Err(Error::work(
-            "the model's map lies along a route, and the recording has none, or drives it backwards; expected a model \
-             trained on poses in the plane (leave `route` out of its dataset)",
-        )),
-    }
+    Ok(known)
 }
 
 /// Snapshots outside of the mapping part, at poses where no snapshot of it is, that the map has to the last bit.

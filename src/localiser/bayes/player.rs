@@ -26,19 +26,11 @@ pub(super) struct Filter<'a> {
 
 impl<'a> Filter<'a> {
     pub(super) fn new(bayes: &'a Bayes, recording: &'a Recording) -> Result<Self> {
-        let mut answers = bayes.known.filters.probabilities(recording)?;
+        let answers = bayes.known.filters.probabilities(recording)?;
+        // Values past all bounds make networks answer NaN.
         let is_answer = |g: &f32| (0.0..=1.0).contains(g);
-        let rows = answers.rows_mut().into_iter();
-        let silent = rows
-            .map(|mut row| {
-                // Readings past all bounds make networks answer NaN.
-                let silent = !row.iter().all(is_answer);
-                if silent {
-                    row.fill(0.5);
-                }
-                silent
-            })
-            .collect();
+        let rows = answers.rows().into_iter();
+        let silent = rows.map(|row| !row.iter().all(is_answer)).collect();
         let cells = bayes.map.at(bayes.grid.places())?;
         let zero_rad = bayes.compass_zero_rad;
         let heading = |k| Some(recording.observation(k).compass_rad? + zero_rad?);

@@ -1,5 +1,6 @@
 use super::*;
 use crate::{
+    detector::input::{Input, InputConfig},
     localiser::{Estimate, Step},
     recording::{Columns, npz},
 };
@@ -177,10 +178,17 @@ fn a_map_of_elsewhere_or_of_what_is_asked_later_is_refused() {
     let second: Vec<usize> = recording.runs()[1].clone().collect();
     let error = told(known.clone(), &second);
     assert!(error.contains("180 snapshots of this recording"), "{error}");
-    let mut on_route = known.clone();
-    on_route.route_m = Some(vec![0.0; 180]);
-    let error = told(on_route, &first);
-    assert!(error.contains("lies along a route"), "{error}");
+}
+
+#[test]
+fn a_route_that_the_recording_does_not_have_is_left_out() {
+    let (recording, known) = in_the_plane();
+    let on_route = Known {
+        route_m: Some(vec![0.0; 180]),
+        ..known
+    };
+    let bayes = Bayes::new(&coarse(), on_route, &recording, &first_run(&recording)).unwrap();
+    assert!(bayes.known.route_m.is_none() && bayes.grid.headings() == 8);
 }
 
 #[test]
@@ -215,18 +223,35 @@ fn what_a_file_holds_is_checked_and_answers_the_same() {
 #[test]
 fn scans_past_all_bounds_say_nothing() {
     let recording = corridor();
-    let bayes = Bayes::learn(&shipped(), &recording, &first_run(&recording), Seed(0)).unwrap();
+    let on_ranges = Bayes::learn(&shipped(), &recording, &first_run(&recording), Seed(0)).unwrap();
     let trial = &trials(&recording)[0][..10];
     for odd in [f32::NAN, f32::INFINITY, f32::MAX, f32::MIN] {
         let mut columns = recording.clone().into_columns();
         columns.values.fill(odd);
         let recording = Recording::new(columns).unwrap();
-        let steps = play(&bayes, &recording, trial);
+        let steps = play(&on_ranges, &recording, trial);
         assert!(steps.iter().all(|step| step.estimate.is_some()));
     }
-    let mut gone = recording.channels().to_vec();
+    // Ranges are clipped; values of other units are not.
+    let (recording, known) = in_the_plane();
+    let mut columns = recording.into_columns();
+    columns.channels[0].unit = "V".into();
+    let recording = Recording::new(columns.clone()).unwrap();
+    let first = first_run(&recording);
+    let model = Model::read(&shipped().model).unwrap();
+    let input = Input::fit(&InputConfig::default(), &recording, &first).unwrap();
+    let known = Known {
+        filters: Filters::new(input, model.weights),
+        ..known
+    };
+    let bayes = Bayes::new(&coarse(), known, &recording, &first).unwrap();
+    columns.values.fill(f32::INFINITY);
+    let steps = play(&bayes, &Recording::new(columns).unwrap(), trial);
+    assert!(steps.iter().all(|step| step.estimate.is_some()));
+
+    let mut gone = corridor().channels().to_vec();
     gone[0].name = "infrared".into();
-    let error = bayes.check_channels(&gone).unwrap_err().to_string();
+    let error = on_ranges.check_channels(&gone).unwrap_err().to_string();
     assert!(error.contains("no channel `sonar`"), "{error}");
 }
 

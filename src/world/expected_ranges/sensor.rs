@@ -2,7 +2,7 @@
 
 use crate::{
     error::{Error, Result},
-    geometry::Pose,
+    geometry::{Pose, wrapped},
     recording::Channel,
     world::{FloorPlan, Laser, LaserConfig, Material, Raycaster, Sonar, SonarConfig, Wall},
 };
@@ -58,7 +58,7 @@ impl Model {
         let own = self.channel();
         let bearings = |c: &Channel| c.bearing_rad.clone().unwrap_or_default();
         let (one, other) = (bearings(&own), bearings(channel));
-        let alike = |(a, b): (&f64, &f64)| (a - b).abs() < BEARING_SLACK_RAD;
+        let alike = |(a, b): (&f64, &f64)| wrapped(a - b).abs() < BEARING_SLACK_RAD;
         own.name == channel.name
             && own.unit == channel.unit
             && one.len() == other.len()

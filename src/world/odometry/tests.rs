@@ -160,6 +160,35 @@ fn by_compass_a_closed_route_ends_two_to_five_percent_of_the_way_off() {
 }
 
 #[test]
+fn what_creeps_keeps_its_direction_when_the_wheels_lose_theirs() {
+    let config = OdometryConfig {
+        translation_noise_m: 0.0,
+        by_compass: false,
+        rotation_drift_rad_per_m: 0.5,
+        creep: [0.03, 0.03],
+        ..OdometryConfig::by_compass()
+    };
+    for run in 0..20 {
+        let mut slip = Seed(3).numbered_stream("slip", run);
+        let mut odometry = DeadReckoning::draw(&config, &mut slip);
+        // With every step turned to where the robot truly faced, only the creep is left: 3 % of 80 m.
+        let (mut there, mut last) = (Pose::default(), None);
+        for truth in round_trip() {
+            let now = odometry.reach(&truth, &mut slip);
+            if let Some((facing, before)) = last.replace((truth, now)) {
+                let from = Pose {
+                    heading_rad: facing.heading_rad,
+                    ..there
+                };
+                there = from.after(Pose::displacement_to(&before, &now));
+            }
+        }
+        let off_m = there.x_m.hypot(there.y_m);
+        assert!((off_m - 2.4).abs() < 1e-9, "{off_m}");
+    }
+}
+
+#[test]
 fn constants_out_of_bounds_are_told_by_name() {
     type Case = (&'static str, fn(&mut OdometryConfig));
     let cases: [Case; 7] = [
