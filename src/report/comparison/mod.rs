@@ -6,7 +6,7 @@ mod error_reduction;
 mod recognition;
 mod standard;
 
-pub use caption::caption;
+pub use caption::caption_lines;
 
 use super::{Cell, Table};
 use crate::{
@@ -21,7 +21,7 @@ pub struct Sheet {
     pub name: &'static str,
     /// What it shows, in words.
     pub title: String,
-    /// Itself; [`caption`] holds for all tables of a comparison and is not in it.
+    /// Itself; [`caption_lines`] holds for all tables of a comparison and is not in it.
     pub table: Table,
     /// Who it is for.
     pub reader: Reader,
