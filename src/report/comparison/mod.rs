@@ -1,12 +1,12 @@
 //! What a comparison gave, for readers: tables and pictures, all from the record.
 
-mod caption;
 mod cost;
 mod error_reduction;
+mod notes;
 mod recognition;
 mod standard;
 
-pub use caption::caption;
+pub use notes::caption;
 
 use super::{Cell, Table};
 use crate::{
