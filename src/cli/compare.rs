@@ -7,7 +7,7 @@ use crate::{
         CompareConfig, Comparison, ComparisonRecord, Folders, HandMade, compare,
     },
     localiser, recogniser,
-    report::comparison::{Reader, Sheet, caption, pictures, sheets},
+    report::comparison::{Reader, Sheet, caption_lines, pictures, sheets},
     storage,
 };
 use std::path::{Path, PathBuf};
@@ -206,7 +206,7 @@ fn write_tables(folder: &Path, comparison: &Comparison, sheets: &[Sheet]) -> Res
             continue;
         }
         table.caption(&sheet.title);
-        for line in caption(&comparison.record) {
+        for line in caption_lines(&comparison.record) {
             table.caption(line);
         }
         write_text(
@@ -226,6 +226,6 @@ fn text(record: &ComparisonRecord, sheets: &[Sheet]) -> String {
     let everyone = |sheet: &&Sheet| sheet.reader == Reader::Everyone;
     let shown = sheets.iter().filter(everyone);
     let tables = shown.map(|sheet| format!("{}\n\n{}\n", sheet.title, sheet.table.text()));
-    let caption = caption(record).join("\n");
+    let caption = caption_lines(record).join("\n");
     tables.collect::<String>() + &caption + "\n"
 }

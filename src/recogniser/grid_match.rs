@@ -26,8 +26,8 @@ pub struct GridMatchConfig {
     pub scan: ScanConfig,
     /// A snapshot this far from all places, or farther, becomes one, in metres (Duckett & Nehmzow 2000: 1.5).
     pub spacing_m: f64,
-    /// Translations reach this many cells of 15 cm in x and in y, at most 63. (Not printed. The default, 2.4 m, takes in
-    /// the distance of the places.)
+    /// Translations reach this many cells of 15 cm in x and in y, at most 63. Not printed. The default is the
+    /// spacing of the places, 1.5 m: no snapshot on the way is farther from all of them.
     pub reach_cells: usize,
 }
 
@@ -36,7 +36,7 @@ impl Default for GridMatchConfig {
         Self {
             scan: ScanConfig::default(),
             spacing_m: 1.5,
-            reach_cells: 16,
+            reach_cells: 10,
         }
     }
 }

@@ -6,7 +6,7 @@
 use super::{
     angle_histogram::main_direction,
     nearest::spaced,
-    occupancy::{OccupancyGrid, Reading, ReadingModel, States},
+    occupancy::{CELL_M, CELLS, OccupancyGrid, Reading, ReadingModel, States},
 };
 use crate::{
     error::{Error, Result},
@@ -26,9 +26,16 @@ pub struct ScanConfig {
     /// Opening that a beam of light is given, radians: of all other range channels. Wide enough that neighbouring beams
     /// leave no gap.
     pub light_opening_rad: f64,
+    /// Is a cone without return empty as far as the sensor reaches? By default it says nothing, as readings beyond a
+    /// sensor's range are dropped by Moravec & Elfes (1985); a Nomad 200 reports its maximum there, and what Duckett &
+    /// Nehmzow (2000) make of it is not printed.
+    pub empty_without_return: bool,
     /// What a reading is worth.
     pub reading: ReadingModel,
 }
+
+/// No cell of the grid is this far from its middle, metres.
+const BEYOND_THE_GRID_M: f64 = CELLS as f64 * CELL_M;
 
 impl Default for ScanConfig {
     /// 30° (Moravec & Elfes 1985), and 2° for laser scanners of a beam a degree.
@@ -37,6 +44,7 @@ impl Default for ScanConfig {
             compass: true,
             sonar_opening_rad: 30_f64.to_radians(),
             light_opening_rad: 2_f64.to_radians(),
+            empty_without_return: false,
             reading: ReadingModel::default(),
         }
     }
@@ -198,17 +206,22 @@ impl LocalScans {
                 false => self.config.light_opening_rad,
             };
             let no_return_m = channel.maximum.unwrap_or(f64::INFINITY);
-            let heard = of_channel
-                .zip(bearing_rad)
-                .filter_map(|(&range, &bearing_rad)| {
-                    let range_m = f64::from(range);
-                    (range_m.is_finite() && range_m < no_return_m).then_some(Reading {
-                        bearing_rad,
-                        range_m,
-                        opening_rad,
-                    })
-                });
-            readings.extend(heard);
+            let reading = |(&range, &bearing_rad): (&f32, &f64)| {
+                let range_m = f64::from(range);
+                let came_back = range_m.is_finite() && range_m < no_return_m;
+                let range_m = match came_back {
+                    true => range_m,
+                    // Far enough that nothing occupied comes to lie in the grid.
+                    false if self.config.empty_without_return => no_return_m.max(BEYOND_THE_GRID_M),
+                    false => return None,
+                };
+                range_m.is_finite().then_some(Reading {
+                    bearing_rad,
+                    range_m,
+                    opening_rad,
+                })
+            };
+            readings.extend(of_channel.zip(bearing_rad).filter_map(reading));
         }
         readings
     }

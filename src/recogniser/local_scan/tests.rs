@@ -117,3 +117,26 @@ fn nothing_heard_is_no_grid_and_missing_sensors_are_told() {
     let error = flat.check().unwrap_err();
     assert!(error.is_usage() && error.to_string().contains("scan.light_opening_rad = 0"));
 }
+
+#[test]
+fn a_cone_without_return_says_nothing_or_that_it_is_empty() {
+    let channels = channels();
+    let mut values = room(0.0);
+    values[2] = f32::NAN; // ahead
+    (3..7)
+        .chain(BEAMS - 3..BEAMS + 2)
+        .for_each(|i| values[i] = 8.0);
+    let observation = seen(&values, Some(0.0));
+    let of = |empty_without_return| {
+        let config = ScanConfig {
+            empty_without_return,
+            ..ScanConfig::default()
+        };
+        let scans = LocalScans::new(&config, &channels, true).unwrap();
+        scans.grid(&channels, &observation).unwrap()
+    };
+    assert_eq!(of(false).at(32 + 25, 32), State::Unknown);
+    assert_eq!(of(true).at(32 + 25, 32), State::Empty);
+    assert_eq!(of(true).at(63, 32), State::Empty); // nothing stands at the grid's edge
+    assert_eq!(of(true).at(32, 32 + 13), of(false).at(32, 32 + 13)); // aside nothing is changed
+}

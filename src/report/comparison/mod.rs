@@ -1,12 +1,12 @@
 //! What a comparison gave, for readers: tables and pictures, all from the record.
 
+mod caption;
 mod cost;
 mod error_reduction;
-mod notes;
 mod recognition;
 mod standard;
 
-pub use notes::caption;
+pub use caption::caption_lines;
 
 use super::{Cell, Table};
 use crate::{
@@ -21,7 +21,7 @@ pub struct Sheet {
     pub name: &'static str,
     /// What it shows, in words.
     pub title: String,
-    /// Itself; [`caption`] holds for all tables of a comparison and is not in it.
+    /// Itself; [`caption_lines`] holds for all tables of a comparison and is not in it.
     pub table: Table,
     /// Who it is for.
     pub reader: Reader,

@@ -1,6 +1,6 @@
 //! Tables and pictures of the standard experiment.
 
-use super::notes::notes_by_dataset;
+use super::caption::notes_by_dataset;
 use super::{Picture, Reader, Sheet, by_dataset, matrix, no_answer, reader_of_matrix, who};
 use crate::{
     error::Result,

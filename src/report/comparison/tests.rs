@@ -176,7 +176,7 @@ fn error_reductions_and_landmarks_have_a_column_a_figure() {
 
 #[test]
 fn the_caption_tells_whose_notes_are_whose() {
-    let caption = caption(&comparison().record);
+    let caption = caption_lines(&comparison().record);
     assert_eq!(
         caption,
         [

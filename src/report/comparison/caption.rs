@@ -3,7 +3,7 @@
 use crate::experiment::compare::ComparisonRecord;
 
 /// Lines for below all tables: what was true, who mapped, what is particular about which dataset, seed and version.
-pub fn caption(record: &ComparisonRecord) -> Vec<String> {
+pub fn caption_lines(record: &ComparisonRecord) -> Vec<String> {
     let mut lines = vec![match record.truth.as_str() {
         "odometry" => "truth: compass-based odometry, corrected lap by lap".to_string(),
         _ => "truth: the recordings' poses".to_string(),
