@@ -33,7 +33,9 @@ fn every_comparison_compares() {
         }
         let place = Workplace::new();
         let told = place.ballmark(&["compare", config, "--toy", "--json"]);
-        let told: serde_json::Value = serde_json::from_str(&told.done().stdout).unwrap();
+        // 3: a system can't be brought to the number of responses that is wanted, and is named.
+        assert!([0, 3].contains(&told.status), "{config}: {}", told.stderr);
+        let told: serde_json::Value = serde_json::from_str(&told.stdout).unwrap();
         assert!(
             told["datasets"][0]["testing"].as_u64().unwrap() > 0,
             "{config}"

@@ -10,6 +10,7 @@ mod import_frames;
 mod limits;
 mod localise;
 mod model;
+mod reproduce;
 mod score;
 mod simulate;
 mod support;
