@@ -33,10 +33,11 @@ pub(super) fn in_the_way(plan: &FloorPlan, standing: impl Fn(&&Wall) -> bool) ->
 }
 
 impl Model {
-    /// A ring without rebounds, noise and outliers, where all walls stand at its height.
+    /// A ring without rebounds, cross-talk, noise and outliers, where all walls stand at its height.
     pub(super) fn plain_sonar(told: &SonarConfig) -> Result<Self> {
         let plain = SonarConfig {
             plain: true,
+            firing: Vec::new(),
             ..told.clone()
         };
         Sonar::new(plain).map(Model::Sonar)
