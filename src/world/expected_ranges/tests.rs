@@ -179,7 +179,10 @@ fn a_file_holds_the_walls_and_is_checked() {
 
 #[test]
 fn rebounds_and_cross_talk_are_never_expected() {
-    let real = BOTH.replace("plain = true", "plain = false\nfiring = [[0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11]]");
+    let real = BOTH.replace(
+        "plain = true",
+        "plain = false\nfiring = [[0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11]]",
+    );
     let (expected, _) = expected(&hall(&real));
     // The south wall slants away at 40°: as a mirror it throws nothing back, and yet its nearest point in the cone counts.
     let aside = 40_f64.to_radians();
