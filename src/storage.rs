@@ -12,10 +12,20 @@ use std::{
 pub trait WriteSeek: Write + Seek {}
 impl<T: Write + Seek> WriteSeek for T {}
 
-/// All bytes of a file.
+/// All bytes of a file or a pipe; not those of a device, which need never end.
 pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     if path.is_dir() {
         return Err(Error::file(path, "is a folder; expected a file"));
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        let is_device = |told: fs::Metadata| {
+            told.file_type().is_char_device() || told.file_type().is_block_device()
+        };
+        if fs::metadata(path).is_ok_and(is_device) {
+            return Err(Error::file(path, "is a device; expected a file"));
+        }
     }
     fs::read(path).map_err(|e| Error::io("cannot read", path, e))
 }
@@ -100,6 +110,16 @@ pub fn sha256(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn what_never_ends_is_refused() {
+        let error = read_file("/dev/zero".as_ref()).unwrap_err();
+        assert!(
+            error.to_string().contains("/dev/zero: is a device"),
+            "{error}"
+        );
+    }
 
     #[test]
     fn a_failed_write_leaves_the_old_file_and_nothing_else() {
