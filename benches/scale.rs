@@ -10,10 +10,10 @@ use ballmark::{
     detector::device::cpu,
     learning::{
         Recipe,
-        lesson::Lesson,
         objective::{Objective, equal_weights},
         prior_operator::PriorOperator,
         trainer::Trainer,
+        training_set::TrainingSet,
     },
     recording::split::Split,
     seed::Seed,
@@ -161,8 +161,9 @@ fn training_step(k: usize, recipe: &Recipe) -> Duration {
         uncertainty: "2m".parse().expect("an uncertainty as users write it"),
         ..recipe.clone()
     };
-    let lesson = Lesson::prepare(&recipe, &recording, &everything).expect("enough snapshots");
-    let mut trainer = Trainer::new(&recipe, &lesson, &cpu());
+    let training_set =
+        TrainingSet::prepare(&recipe, &recording, &everything).expect("enough snapshots");
+    let mut trainer = Trainer::new(&recipe, &training_set, &cpu());
     median(|| {
         trainer.step().expect("a finite objective");
     })

@@ -5,7 +5,7 @@
 
 use ballmark::{
     experiment::{
-        stage::{Stage, StageConfig, Truth},
+        protocol::{Protocol, ProtocolConfig, Truth},
         standard::{self, StandardConfig},
     },
     localiser::{self, Kind},
@@ -22,26 +22,32 @@ fn whole_environment(criterion: &mut Criterion) {
     let world = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/worlds/duckett1998-c.toml");
     let building = Building::read(&world).expect("a world in the repository");
     let recording = simulate(&building, Seed(1), &Choice::default()).expect("a simulation");
-    let config = StageConfig {
+    let config = ProtocolConfig {
         truth: Truth::Odometry,
-        ..StageConfig::default()
+        ..ProtocolConfig::default()
     };
-    let stage = Stage::set(&recording, &config).expect("laps");
+    let protocol = Protocol::new(&recording, &config).expect("laps");
     let mut group = criterion.benchmark_group("standard");
     group.sample_size(10);
     group.bench_function("laps", |bencher| {
-        bencher.iter(|| Stage::set(black_box(&recording), &config).expect("laps"));
+        bencher.iter(|| Protocol::new(black_box(&recording), &config).expect("laps"));
     });
     let standard = StandardConfig::default();
     group.bench_function("binning", |bencher| {
-        bencher.iter(|| black_box(&stage).binning(standard.bin_m).expect("bins"));
+        bencher.iter(|| black_box(&protocol).binning(standard.bin_m).expect("bins"));
     });
-    let binning = stage.binning(standard.bin_m).expect("bins");
+    let binning = protocol.binning(standard.bin_m).expect("bins");
     let dead_reckoning = Kind::DeadReckoning.default_config();
-    let learned = localiser::learn(&dead_reckoning, &stage.recording, &stage.mapping, Seed(1))
-        .expect("it needn't learn");
+    let learned = localiser::learn(
+        &dead_reckoning,
+        &protocol.recording,
+        &protocol.mapping,
+        Seed(1),
+    )
+    .expect("it needn't learn");
     let play = |config: &StandardConfig| {
-        standard::play(&stage, &binning, learned.as_localiser(), config, Seed(1)).expect("trials")
+        standard::play(&protocol, &binning, learned.as_localiser(), config, Seed(1))
+            .expect("trials")
     };
     group.bench_function("trials", |bencher| bencher.iter(|| play(&standard)));
     let alone = StandardConfig {

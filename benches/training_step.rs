@@ -10,12 +10,12 @@ use ballmark::{
     },
     learning::{
         Recipe,
-        lesson::Lesson,
         objective::{Objective, equal_weights},
         optimiser::InPlace,
         prior_operator::PriorOperator,
         recipe::DescentConfig,
         trainer::Trainer,
+        training_set::TrainingSet,
     },
     recording::split::Split,
     seed::Seed,
@@ -61,8 +61,9 @@ fn steps(criterion: &mut Criterion, group: &str, by_tensors: bool) {
             ..small_networks::recipe()
         };
         change(&mut recipe);
-        let lesson = Lesson::prepare(&recipe, &recording, &everything).expect("enough snapshots");
-        let mut trainer = Trainer::new(&recipe, &lesson, &cpu());
+        let training_set =
+            TrainingSet::prepare(&recipe, &recording, &everything).expect("enough snapshots");
+        let mut trainer = Trainer::new(&recipe, &training_set, &cpu());
         if by_tensors {
             trainer = trainer.on_tensors();
         }

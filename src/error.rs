@@ -73,9 +73,14 @@ impl Error {
         }
     }
 
-    /// The same error, told as coming from `file`.
-    pub fn in_file(mut self, file: impl AsRef<Path>) -> Self {
-        self.message = format!("{}: {}", file.as_ref().display(), self.message);
+    /// The same error, its message preceded by the name of the file that it comes from.
+    pub fn in_file(self, file: impl AsRef<Path>) -> Self {
+        self.context(file.as_ref().display())
+    }
+
+    /// The same error, its message preceded by what it is about: a key, a system, a file.
+    pub fn context(mut self, what: impl fmt::Display) -> Self {
+        self.message = format!("{what}: {}", self.message);
         self
     }
 

@@ -21,7 +21,7 @@
 //! of any system by what they tell about the place; [`report`] shows it all; [`cli`] is the command `ballmark`.
 //!
 //! ```
-//! use ballmark::{detector::Detector, learning::{Recipe, lesson::Lesson, trainer}, model::Model, seed::Seed, world::corridor};
+//! use ballmark::{detector::Detector, learning::{Recipe, training_set::TrainingSet, trainer}, model::Model, seed::Seed, world::corridor};
 //!
 //! // Eight runs along a simulated corridor, a snapshot a metre.
 //! let config = corridor::CorridorConfig { runs: 8, spacing_m: 1.0, ..Default::default() };
@@ -30,11 +30,11 @@
 //! // One filter for a robot that knows its place to ±5 m.
 //! let mut recipe = Recipe { features: 1, uncertainty: "5m".parse()?, ..Recipe::default() };
 //! recipe.descent.steps = 60;
-//! let lesson = Lesson::prepare(&recipe, &recording, &recipe.split.split(&recording)?)?;
-//! let trained = trainer::train(&recipe, &lesson, None, false, "", &mut |_| ())?;
+//! let training_set = TrainingSet::prepare(&recipe, &recording, &recipe.split.split(&recording)?)?;
+//! let trained = trainer::train(&recipe, &training_set, None, false, "", &mut |_| ())?;
 //! assert!(trained.train.error_reduction > 0.05);
 //!
-//! let model = Model::new(&recipe, &recording, &lesson, trained);
+//! let model = Model::new(&recipe, &recording, &training_set, trained);
 //! assert_eq!(model.detector().probabilities(&recording)?.dim(), (recording.len(), 1));
 //! # Ok::<(), ballmark::Error>(())
 //! ```

@@ -5,19 +5,20 @@
 ///
 /// The first line says: the noun for messages, the trait that all members implement, the method that gives it, the name
 /// of the file's type and its two keys. Then a member a line: what it is called in code, its file (which is its name),
-/// its constants, and what it is. The room has traits `Learn` with `learn` and `check`, and every type of constants has
+/// its constants, what it is, and the name that it
+/// had in the version before, where it had another one. The room has traits `Learn` with `learn` and `check`, and every type of constants has
 /// `check`.
 macro_rules! registry {
     (
         $noun:literal, $trait:ident, $as_trait:ident, $file:ident, $version_key:literal, $content_key:literal;
-        $($kind:ident, $module:ident, $config:ident, $what:literal;)*
+        $($kind:ident, $module:ident, $config:ident, $what:literal $(, formerly $former:literal)?;)*
     ) => {
         #[doc = concat!("All ", $noun, "s there are.")]
         #[derive(
             Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
         )]
         #[serde(rename_all = "snake_case")]
-        pub enum Kind { $(#[doc = $what] $kind,)* }
+        pub enum Kind { $(#[doc = $what] $(#[serde(alias = $former)])? $kind,)* }
 
         impl Kind {
             /// All of them, in the order of the registry.
@@ -26,6 +27,11 @@ macro_rules! registry {
             /// The name that configurations, tables and files use.
             pub fn name(self) -> &'static str {
                 match self { $(Kind::$kind => stringify!($module),)* }
+            }
+
+            /// The name that configurations and files of the version before used, where it was another one.
+            fn former_name(self) -> Option<&'static str> {
+                match self { $(Kind::$kind => [$($former)?].first().copied(),)* }
             }
 
             /// What it is, in a sentence.
@@ -49,7 +55,9 @@ macro_rules! registry {
             type Err = crate::error::Error;
 
             fn from_str(name: &str) -> crate::error::Result<Self> {
-                let found = Kind::ALL.iter().find(|kind| kind.name() == name);
+                let found = Kind::ALL
+                    .iter()
+                    .find(|kind| kind.name() == name || kind.former_name() == Some(name));
                 found.copied().ok_or_else(|| {
                     let names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
                     crate::error::Error::usage(format!(
@@ -64,7 +72,7 @@ macro_rules! registry {
         #[doc = concat!("The constants of one ", $noun, "; in a file, `kind` says of which. An unknown key is an error.")]
         #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(tag = "kind", rename_all = "snake_case")]
-        pub enum Config { $(#[doc = $what] $kind($module::$config),)* }
+        pub enum Config { $(#[doc = $what] $(#[serde(alias = $former)])? $kind($module::$config),)* }
 
         impl Config {
             /// Whose constants these are.
@@ -84,7 +92,7 @@ macro_rules! registry {
         // There is one of these at a time, not thousands side by side.
         #[allow(clippy::large_enum_variant)]
         #[serde(tag = "kind", content = "learned", rename_all = "snake_case")]
-        pub enum Learned { $(#[doc = $what] $kind($module::$kind),)* }
+        pub enum Learned { $(#[doc = $what] $(#[serde(alias = $former)])? $kind($module::$kind),)* }
 
         impl Learned {
             /// Whoever it is.

@@ -6,7 +6,7 @@
 use ballmark::{
     belief::{Neighbours, Uncertainty},
     detector::Detector,
-    experiment::{contenders::Parts, held_out},
+    experiment::{held_out, methods::Parts},
     model::Model,
     recording::{Recording, npz},
     seed::Seed,

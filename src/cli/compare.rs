@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 ///
 /// The configuration names [[dataset]]s (a `file`, or a `world` to be simulated at once) and [[system]]s (any recogniser or
 /// localiser by its `kind`, with its constants, and the hand-made landmarks `door` and `ceiling_light`). The first lap maps
-/// and the rest tests, unless [stage] says otherwise. Each of [standard], [recognition], [error_reduction] and [landmarks]
+/// and the rest tests, unless [protocol] says otherwise. Each of [standard], [recognition], [error_reduction] and [landmarks]
 /// that is there makes a table. BaLL's filters are trained on the mapping part alone.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = help())]

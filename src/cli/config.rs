@@ -2,7 +2,7 @@
 
 use crate::{
     error::{Error, Result},
-    experiment::global::LocaliseConfig,
+    experiment::localisation::LocaliseConfig,
     learning::{Recipe, recipe::Named},
     storage,
 };

@@ -12,13 +12,13 @@ use crate::{
     detector::{Detector, device},
     error::Result,
     experiment::{
-        contenders::Parts,
-        global::{self, LocaliseConfig, Record},
+        localisation::{self, LocaliseConfig, Record},
+        methods::Parts,
     },
     learning::Recipe,
     model::Model,
     recording::{Recording, npz},
-    report::localisation,
+    report::localisation as tables,
     seed::Seed,
     storage,
     world::corridor::{CorridorConfig, thrun1998},
@@ -96,7 +96,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             "{} runs along an 89 m corridor, {} snapshots of 24 sonars; every fourth run\nis kept for the trials.\n\n{}",
             recording.runs().len(),
             recording.len(),
-            localisation::table(record).text()
+            tables::table(record).text()
         );
         let json = || localise::json(record, started.elapsed().as_secs_f64());
         print(&if arguments.json {
@@ -146,7 +146,7 @@ fn localise(
 ) -> Result<Record> {
     let mut parts = Parts::new(model, recording, None)?;
     if !baselines {
-        parts.school = None;
+        parts.source = None;
     }
     let mut config = LocaliseConfig {
         seed: arguments.seed,
@@ -157,9 +157,9 @@ fn localise(
         config.resamples = 100;
     }
     write_config(&arguments.out, &config, model, recording)?;
-    let mut progress = Progress::new("localising", parts.contenders(model));
+    let mut progress = Progress::new("localising", parts.methods(model));
     let mut played = 0;
-    let record = global::localise(model, &parts, &config, &mut |who| {
+    let record = localisation::localise(model, &parts, &config, &mut |who| {
         progress.at(played, if played == 0 { title } else { who });
         played += 1;
     })?;
@@ -174,13 +174,13 @@ fn together(
     name: &'static str,
     title: String,
 ) -> Record {
-    second.standings.retain(|s| s.name != "learned_bits"); // one line a model
-    second.standings[0].name = name;
-    second.standings[0].title = title;
+    second.results.retain(|s| s.name != "learned_bits"); // one line a model
+    second.results[0].name = name;
+    second.results[0].title = title;
     match first {
         None => second,
         Some(mut all) => {
-            all.standings.insert(1, second.standings.swap_remove(0));
+            all.results.insert(1, second.results.swap_remove(0));
             all
         }
     }

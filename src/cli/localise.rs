@@ -5,12 +5,12 @@ use crate::{
     belief::{Evidence, Places},
     error::{Error, Result},
     experiment::{
-        contenders::{Parts, odometry_is_the_truth},
-        global::{self, LocaliseConfig, Record},
+        localisation::{self, LocaliseConfig, Record},
+        methods::{Parts, odometry_is_the_truth},
     },
     model::Model,
     recording::{Recording, npz},
-    report::localisation,
+    report::localisation as tables,
     storage,
 };
 use std::{
@@ -86,7 +86,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         }
     };
     let parts = Parts::new(&model, &recording, trained_on).map_err(in_dataset)?;
-    if parts.school.is_none() {
+    if parts.source.is_none() {
         warn(
             "note: no baselines: they learn from the dataset that the model was trained on; name it with --trained-on",
         );
@@ -97,9 +97,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         );
     }
     let started = Instant::now();
-    let mut progress = Progress::new("localising", parts.contenders(&model));
+    let mut progress = Progress::new("localising", parts.methods(&model));
     let mut played = 0;
-    let record = global::localise(&model, &parts, &config, &mut |who| {
+    let record = localisation::localise(&model, &parts, &config, &mut |who| {
         progress.at(played, who);
         played += 1;
     })
@@ -113,7 +113,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     if arguments.json {
         print(&format!("{}\n", json(&record, seconds)?))?;
     } else {
-        let mut table = localisation::table(&record);
+        let mut table = tables::table(&record);
         table.caption(format!(
             "belief over {} cells, {} evidence, seed {}, {seconds:.1} s",
             record.cells, config.evidence, config.seed
@@ -127,15 +127,15 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
 pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Result<()> {
     write_text(
         &folder.join("localisation.csv"),
-        &localisation::table(record).csv(),
+        &tables::table(record).csv(),
     )?;
     write_text(
         &folder.join("error_by_distance.csv"),
-        &localisation::curves(record).csv(),
+        &tables::curves(record).csv(),
     )?;
-    let anywhere = localisation::error_plot(&format!("{title}: start anywhere"), record, false)?;
+    let anywhere = tables::error_plot(&format!("{title}: start anywhere"), record, false)?;
     write_text(&folder.join("error_by_distance.svg"), &anywhere)?;
-    let known = localisation::error_plot(&format!("{title}: start known"), record, true)?;
+    let known = tables::error_plot(&format!("{title}: start known"), record, true)?;
     write_text(&folder.join("tracking_error.svg"), &known)
 }
 
@@ -175,15 +175,15 @@ pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
         "unseen_is_validation": record.unseen_is_validation,
         "timing": { "seconds": seconds },
     });
-    for standing in &record.standings {
-        let value = serde_json::to_value(standing).map_err(failed)?;
+    for result in &record.results {
+        let value = serde_json::to_value(result).map_err(failed)?;
         match value {
-            serde_json::Value::Object(fields) if standing.name == "learned" => {
+            serde_json::Value::Object(fields) if result.name == "learned" => {
                 for (key, field) in fields {
                     all[key] = field;
                 }
             }
-            other => all[standing.name] = other,
+            other => all[result.name] = other,
         }
     }
     Ok(all)

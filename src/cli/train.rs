@@ -5,7 +5,9 @@ use crate::{
     belief::Uncertainty,
     detector::device::{Device, DeviceChoice},
     error::{Error, Result},
-    learning::{Recipe, lesson::Lesson, recipe::Named, trainer, trainer::Score},
+    learning::{
+        Recipe, error_reduction::ErrorReduction, recipe::Named, trainer, training_set::TrainingSet,
+    },
     model::Model,
     recording::{Recording, npz},
     report::{Cell, Table},
@@ -152,12 +154,12 @@ pub(super) fn learn(
     let words = serde_json::to_string(recipe).map_err(|e| Error::work(format!("recipe: {e}")))?;
     let identity = format!("{} {data} {words}", env!("CARGO_PKG_VERSION"));
     let checkpoint = output.and_then(checkpoint_of);
-    let lesson = Lesson::prepare(recipe, recording, &split)?;
+    let training_set = TrainingSet::prepare(recipe, recording, &split)?;
     let mut progress = Progress::new(what, recipe.descent.steps * recipe.descent.restarts);
     let trained = trainer::train_on(
         device,
         recipe,
-        &lesson,
+        &training_set,
         checkpoint.as_deref(),
         resume,
         &identity,
@@ -175,7 +177,7 @@ pub(super) fn learn(
     let (steps, stopped_by) = (trained.steps, trained.stopped_by);
     let evaluations = trained.evaluations;
     Ok(Learned {
-        model: Model::new(recipe, recording, &lesson, trained),
+        model: Model::new(recipe, recording, &training_set, trained),
         steps,
         evaluations,
         stopped_by,
@@ -212,8 +214,9 @@ impl Learned {
             "posterior error (m)",
             "error reduction (%)",
         ]);
-        let mut row = |part: &str, score: Option<&Score>| {
-            let number = |get: fn(&Score) -> f64, decimals| Cell::number(score.map(get), decimals);
+        let mut row = |part: &str, score: Option<&ErrorReduction>| {
+            let number =
+                |get: fn(&ErrorReduction) -> f64, decimals| Cell::number(score.map(get), decimals);
             table.row([
                 Cell::Text(part.into()),
                 score.map_or(Cell::Missing, |s| Cell::Count(s.snapshots as u64)),

@@ -13,9 +13,9 @@
 //!
 //! The same numbers as [`Nets::forward`](super::net::Nets::forward) and Burn's automatic differentiation of it, to rounding.
 
+mod activation;
 mod kernel;
 mod share;
-mod squash;
 
 use super::net::{Activation, Layer, Weights};
 use crate::error::{Error, Result};

@@ -15,7 +15,7 @@ use crate::{
         FeatureMap, MapConfig, Neighbours, Places, Uncertainty, prior::DEFAULT_HALF_TURN_RAD,
     },
     error::{Error, Result},
-    learning::{lesson::covered, objective::MOST_FEATURES, trainer::Score},
+    learning::{error_reduction::ErrorReduction, objective::MOST_FEATURES, training_set::covered},
 };
 use ndarray::{ArrayView2, Axis};
 use serde::{Deserialize, Serialize};
@@ -95,12 +95,12 @@ pub struct CurvePoint {
     /// How uncertain the robot was.
     pub prior: Uncertainty,
     /// Its errors before and after, over all snapshots that count.
-    pub score: Score,
+    pub score: ErrorReduction,
 }
 
 impl Curve {
     /// The point of a prior, where there is one.
-    pub fn at(&self, prior: Uncertainty) -> Option<&Score> {
+    pub fn at(&self, prior: Uncertainty) -> Option<&ErrorReduction> {
         let mut points = self.points.iter();
         let point = points.find(|point| point.prior == prior)?;
         Some(&point.score)
@@ -139,11 +139,15 @@ pub fn by_classes(
     class: &[Option<usize>],
     config: &ErrorReductionConfig,
 ) -> Result<Curve> {
-    let arena = Arena::new(places, mapping, testing, class.len(), config)?;
+    let context = CurveContext::new(places, mapping, testing, class.len(), config)?;
     // ln P(class|ξ) of every class that the mapping part knows, `[candidate]`.
-    let candidates = arena.candidates.len();
+    let candidates = context.candidates.len();
     let mut times: HashMap<Option<usize>, Vec<usize>> = HashMap::new();
-    let near = Neighbours::find(&arena.candidates, &arena.candidates, &config.map.nearness)?;
+    let near = Neighbours::find(
+        &context.candidates,
+        &context.candidates,
+        &config.map.nearness,
+    )?;
     for candidate in 0..candidates {
         for &neighbour in near.of(candidate) {
             let given = times.entry(class[mapping[neighbour]]);
@@ -161,12 +165,12 @@ pub fn by_classes(
         .map(|(class, times)| (class, log_probability(times)))
         .collect();
     let never_given = vec![0.0; candidates];
-    arena.curve(|prior, truths| {
+    context.curve(|prior, truths| {
         let at = places.select(truths);
         Ok(held_out::by_likelihood(
             prior,
             &at,
-            &arena.candidates,
+            &context.candidates,
             |truth| {
                 let known = log_probability.get(&class[truths[truth]]);
                 known.unwrap_or(&never_given).clone()
@@ -190,12 +194,12 @@ pub fn by_probabilities(
     answers: ArrayView2<f64>,
     config: &ErrorReductionConfig,
 ) -> Result<Curve> {
-    let arena = Arena::new(places, mapping, testing, answers.nrows(), config)?;
-    let candidates = &arena.candidates;
+    let context = CurveContext::new(places, mapping, testing, answers.nrows(), config)?;
+    let candidates = &context.candidates;
     let activation = answers.select(Axis(0), mapping);
     let map =
         FeatureMap::new(candidates.clone(), activation, config.map.clone())?.at(candidates)?;
-    arena.curve(|prior, truths| {
+    context.curve(|prior, truths| {
         let (at, seen) = (places.select(truths), answers.select(Axis(0), truths));
         let (truths, map) = ((&at, seen.view()), (candidates, &map));
         if answers.ncols() > MOST_FEATURES {
@@ -206,7 +210,7 @@ pub fn by_probabilities(
 }
 
 /// What both kinds of answers share.
-struct Arena<'a> {
+struct CurveContext<'a> {
     places: &'a Places,
     /// Test snapshots at mapped places.
     mapped: Vec<usize>,
@@ -214,7 +218,7 @@ struct Arena<'a> {
     config: &'a ErrorReductionConfig,
 }
 
-impl<'a> Arena<'a> {
+impl<'a> CurveContext<'a> {
     fn new(
         places: &'a Places,
         mapping: &[usize],
@@ -246,7 +250,10 @@ impl<'a> Arena<'a> {
     }
 
     /// One point a prior, `score(prior, truths)` of those that count under it.
-    fn curve(&self, score: impl Fn(Uncertainty, &[usize]) -> Result<Score>) -> Result<Curve> {
+    fn curve(
+        &self,
+        score: impl Fn(Uncertainty, &[usize]) -> Result<ErrorReduction>,
+    ) -> Result<Curve> {
         let mut points = Vec::new();
         for &prior in &self.config.priors {
             let truths = held_out::counted(prior, self.places, &self.mapped, &self.candidates);

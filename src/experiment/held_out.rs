@@ -7,9 +7,9 @@ use crate::{
     belief::{GridMap, Places, Uncertainty},
     error::Result,
     learning::{
+        error_reduction::ErrorReduction,
         objective::{equal_weights, evaluate},
         prior_operator::PriorOperator,
-        trainer::Score,
     },
 };
 use ndarray::{Array2, ArrayView1, ArrayView2};
@@ -45,7 +45,7 @@ pub fn by_features(
     uncertainty: Uncertainty,
     (truths, answers): (&Places, ArrayView2<f64>),
     (candidates, map): (&Places, &GridMap),
-) -> Result<Score> {
+) -> Result<ErrorReduction> {
     let prior = PriorOperator::new(uncertainty, truths, candidates);
     let e = evaluate(
         &prior,
@@ -53,7 +53,7 @@ pub fn by_features(
         map.probability(),
         equal_weights(truths.len()).view(),
     )?;
-    Ok(Score {
+    Ok(ErrorReduction {
         prior_error_m: e.prior_error_m,
         posterior_error_m: e.posterior_error_m,
         error_reduction: e.error_reduction(),
@@ -67,7 +67,7 @@ pub fn by_likelihood(
     truths: &Places,
     candidates: &Places,
     log_likelihood: impl Fn(usize) -> Vec<f64> + Sync,
-) -> Score {
+) -> ErrorReduction {
     let errors: Vec<(f64, f64)> = (0..truths.len())
         .into_par_iter()
         .map(|truth| {
@@ -93,7 +93,7 @@ pub fn by_likelihood(
     let n = truths.len().max(1) as f64;
     let posterior_error_m = errors.iter().map(|e| e.0).sum::<f64>() / n;
     let prior_error_m = errors.iter().map(|e| e.1).sum::<f64>() / n;
-    Score {
+    ErrorReduction {
         prior_error_m,
         posterior_error_m,
         error_reduction: 1.0 - posterior_error_m / prior_error_m,
@@ -106,7 +106,7 @@ pub fn by_mean_field(
     uncertainty: Uncertainty,
     (truths, answers): (&Places, ArrayView2<f64>),
     (candidates, map): (&Places, &GridMap),
-) -> Score {
+) -> ErrorReduction {
     let m = map.probability();
     let slope: Array2<f64> = m.mapv(|m| m.ln() - (1.0 - m).ln());
     let offset: Vec<f64> = m
@@ -133,7 +133,7 @@ pub fn by_kernel(
     candidates: &Places,
     square: ArrayView2<f32>,
     bandwidth: f64,
-) -> Score {
+) -> ErrorReduction {
     let weight = -0.5 / (bandwidth * bandwidth);
     by_likelihood(uncertainty, truths, candidates, |truth| {
         square

@@ -1,14 +1,14 @@
 //! The baselines that keep the scans themselves: each training scan once, and each in many moved views.
 
 use super::{
-    contenders::{Arena, Contender, School},
     held_out,
+    methods::{BaselineContext, Method, TrainingSource},
 };
 use crate::{
     belief::{Neighbours, Places, Uncertainty},
     detector::input::{Input, InputConfig, SectorValue},
     error::Result,
-    learning::lesson::covered,
+    learning::training_set::covered,
     localiser::kernel::{KernelModel, least_mean_squares},
     recording::{
         Recording,
@@ -32,38 +32,38 @@ pub(super) fn moves_show(input: &InputConfig, recording: &Recording) -> bool {
 /// The raw-scan kernel, and where moves show, the same with [`VIEWS`] moved views of every scan: 25 times the memory and
 /// the time.
 pub(super) fn kernels(
-    arena: &Arena,
-    school: &School,
+    context: &BaselineContext,
+    source: &TrainingSource,
     cells: &Neighbours,
-) -> Result<Vec<Contender>> {
+) -> Result<Vec<Method>> {
     // Raw scans, nearest reading of each sector; one common scale a channel keeps distances in proportion.
     let config = InputConfig {
         sector_values: vec![SectorValue::Nearest],
-        ..arena.model.header.recipe.input.clone()
+        ..context.model.header.recipe.input.clone()
     };
-    let input = Input::fit(&config, &school.recording, &school.training)?.with_common_scale();
-    let of_school = input.of(&school.recording)?;
-    let recorded = of_school.select(Axis(0), &school.training);
+    let input = Input::fit(&config, &source.recording, &source.training)?.with_common_scale();
+    let of_school = input.of(&source.recording)?;
+    let recorded = of_school.select(Axis(0), &source.training);
     let queries = Queries {
         of_school,
         unseen: input
-            .of(arena.parts.run)?
-            .select(Axis(0), &arena.parts.unseen),
+            .of(context.parts.run)?
+            .select(Axis(0), &context.parts.unseen),
     };
 
     let mut views = vec![recorded];
-    let mut all = vec![queries.contend(arena, school, &views, cells.clone())?];
-    let drawing = Views::of(&school.recording)?.filter(|_| moves_show(&config, &school.recording));
+    let mut all = vec![queries.contend(context, source, &views, cells.clone())?];
+    let drawing = Views::of(&source.recording)?.filter(|_| moves_show(&config, &source.recording));
     if let Some(drawing) = drawing {
         for view in 0..VIEWS {
-            let mut random = arena.seed.numbered_stream("moved views", view as u64);
-            let moved = drawing.drawn(&school.training, &Moves::default(), &mut random)?;
+            let mut random = context.seed.numbered_stream("moved views", view as u64);
+            let moved = drawing.drawn(&source.training, &Moves::default(), &mut random)?;
             views.push(input.of(&moved)?);
         }
-        all.push(Contender {
+        all.push(Method {
             name: "kernel_views",
             title: format!("kernel, {VIEWS} views"),
-            ..queries.contend(arena, school, &views, cells.clone())?
+            ..queries.contend(context, source, &views, cells.clone())?
         });
     }
     Ok(all)
@@ -71,7 +71,7 @@ pub(super) fn kernels(
 
 /// What is asked, as inputs `[snapshot, input]`.
 struct Queries {
-    /// All that the school recorded.
+    /// All that the source recorded.
     of_school: Array2<f32>,
     /// The unseen part of the run.
     unseen: Array2<f32>,
@@ -80,18 +80,18 @@ struct Queries {
 impl Queries {
     fn contend(
         &self,
-        arena: &Arena,
-        school: &School,
+        context: &BaselineContext,
+        source: &TrainingSource,
         views: &[Array2<f32>],
         cells: Neighbours,
-    ) -> Result<Contender> {
-        let (model, parts) = (arena.model, arena.parts);
+    ) -> Result<Method> {
+        let (model, parts) = (context.model, context.parts);
         let places = model.places();
-        let school_places = Places::of(&school.recording);
-        let validation = covered(&school_places, &school.validation, &places);
+        let school_places = Places::of(&source.recording);
+        let validation = covered(&school_places, &source.validation, &places);
         let tuned = self.tuning(&school_places, &validation, &places, views);
         let square = least_mean_squares(self.unseen.view(), views);
-        let held_out = arena.on_counted(|prior, truths| {
+        let held_out = context.on_counted(|prior, truths| {
             let is_counted = |row: &usize| truths.binary_search(&parts.unseen[*row]).is_ok();
             let rows: Vec<usize> = (0..parts.unseen.len()).filter(is_counted).collect();
             let (truths, square) = (parts.places.select(truths), square.select(Axis(0), &rows));
@@ -107,7 +107,7 @@ impl Queries {
         let chance = model.header.recipe.map.unmodelled_probability;
         let values: usize = views.iter().map(Array2::ncols).sum();
         let sensor = KernelModel::new(parts.unseen.clone(), square, cells, bandwidth, chance);
-        Ok(Contender {
+        Ok(Method {
             name: "kernel",
             title: "raw-scan kernel".into(),
             bandwidth: Some(bandwidth),

@@ -143,8 +143,8 @@ impl Trace {
         let length_m = self.length_m();
         let none = |why: String| {
             Error::work(format!(
-                "laps: {why}; expected a trace that goes round one and a half times or more (or else stage.mapping = \
-                 \"split\" or \"first_run\", or [stage.laps] starts_s = [..])"
+                "laps: {why}; expected a trace that goes round one and a half times or more (or else protocol.mapping = \
+                 \"split\" or \"first_run\", or [protocol.laps] starts_s = [..])"
             ))
         };
         let step_m = STEP_M.max(length_m / MOST_SAMPLES);

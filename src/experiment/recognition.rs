@@ -5,7 +5,7 @@
 //! can tell more, whoever gives them.
 
 use super::{
-    stage::Stage,
+    protocol::Protocol,
     standard::{MOST_DRAWINGS, numbered_from_zero},
 };
 use crate::{
@@ -84,15 +84,15 @@ impl RecognitionConfig {
         Ok(())
     }
 
-    /// N_R: the number asked for, or the nearest neighbour's on this stage.
+    /// N_R: the number asked for, or the nearest neighbour's on this protocol.
     ///
     /// # Errors
     /// As [`recognise`].
-    pub fn wanted(&self, stage: &Stage, seed: Seed) -> Result<usize> {
+    pub fn wanted(&self, protocol: &Protocol, seed: Seed) -> Result<usize> {
         self.check()?;
         match self.responses {
             Some(responses) => Ok(responses),
-            None => Ok(Answers::of(stage, &Kind::Nearest.default_config(), seed)?.different()),
+            None => Ok(Answers::of(protocol, &Kind::Nearest.default_config(), seed)?.different()),
         }
     }
 }
@@ -125,11 +125,11 @@ struct Answers {
 }
 
 impl Answers {
-    fn of(stage: &Stage, config: &Config, seed: Seed) -> Result<Self> {
-        let learned = recogniser::learn(config, &stage.recording, &stage.mapping, seed)?;
+    fn of(protocol: &Protocol, config: &Config, seed: Seed) -> Result<Self> {
+        let learned = recogniser::learn(config, &protocol.recording, &protocol.mapping, seed)?;
         let recogniser = learned.as_recogniser();
-        recogniser.check_channels(stage.recording.channels())?;
-        let answers = recogniser.respond_all(&stage.recording, &stage.testing);
+        recogniser.check_channels(protocol.recording.channels())?;
+        let answers = recogniser.respond_all(&protocol.recording, &protocol.testing);
         let classes = answers
             .iter()
             .map(|answer| answer.map(|a| a.class))
@@ -144,19 +144,19 @@ impl Answers {
 
 /// Lets a recogniser learn from the mapping part and answer the testing part, with its [`Dial`] turned so that it gives
 /// `wanted` responses, or its constants as they are where no number is wanted. Judged by these bins, which must be the
-/// stage's own.
+/// protocol's own.
 ///
 /// ```
-/// use ballmark::{experiment::{recognition::{RecognitionConfig, recognise}, stage::{Mapping, Stage, StageConfig}},
+/// use ballmark::{experiment::{recognition::{RecognitionConfig, recognise}, protocol::{Mapping, Protocol, ProtocolConfig}},
 ///     recogniser::Kind, seed::Seed, world::corridor};
 /// let config = corridor::CorridorConfig { runs: 2, spacing_m: 0.5, ..Default::default() };
 /// let recording = corridor::thrun1998(Seed(1), &config)?;
-/// let stage = Stage::set(&recording, &StageConfig { mapping: Mapping::FirstRun, ..Default::default() })?;
+/// let protocol = Protocol::new(&recording, &ProtocolConfig { mapping: Mapping::FirstRun, ..Default::default() })?;
 /// let config = RecognitionConfig { responses: Some(12), ..Default::default() };
-/// let binning = stage.binning(config.bin_m)?;
+/// let binning = protocol.binning(config.bin_m)?;
 /// for kind in [Kind::Rce, Kind::Nearest] {
-///     let wanted = config.wanted(&stage, Seed(1))?;
-///     let record = recognise(&stage, &binning, &kind.default_config(), Some(wanted), &config, Seed(1))?;
+///     let wanted = config.wanted(&protocol, Seed(1))?;
+///     let record = recognise(&protocol, &binning, &kind.default_config(), Some(wanted), &config, Seed(1))?;
 ///     assert!(record.responses.abs_diff(12) <= 1 && record.judgement.uncertainty_coefficient > Some(0.05));
 /// }
 /// # Ok::<(), ballmark::Error>(())
@@ -165,7 +165,7 @@ impl Answers {
 /// # Errors
 /// Where the recogniser can't learn, or no value of its dial gives the number wanted: the message names dial and number.
 pub fn recognise(
-    stage: &Stage,
+    protocol: &Protocol,
     binning: &Binning,
     config: &Config,
     wanted: Option<usize>,
@@ -174,19 +174,19 @@ pub fn recognise(
 ) -> Result<RecognitionRecord> {
     recognition.check()?;
     let (config, answers) = match wanted {
-        None => (config.clone(), Answers::of(stage, config, seed)?),
-        Some(wanted) => tuned(stage, config, wanted, recognition.tolerance, seed)?,
+        None => (config.clone(), Answers::of(protocol, config, seed)?),
+        Some(wanted) => tuned(protocol, config, wanted, recognition.tolerance, seed)?,
     };
     let mut table = Contingency::new();
-    for (&k, class) in stage.testing.iter().zip(&answers.classes) {
-        let location = binning.bin_of(stage.place[k]).ok_or_else(|| {
+    for (&k, class) in protocol.testing.iter().zip(&answers.classes) {
+        let location = binning.bin_of(protocol.place[k]).ok_or_else(|| {
             Error::work(format!(
-                "recognition: snapshot {k} is in none of the bins; expected bins laid over this stage"
+                "recognition: snapshot {k} is in none of the bins; expected bins laid over this protocol"
             ))
         })?;
         table.record(location, *class);
     }
-    let (_, unit_of) = numbered_from_zero(stage.testing.iter().map(|&k| stage.unit[k]));
+    let (_, unit_of) = numbered_from_zero(protocol.testing.iter().map(|&k| protocol.unit[k]));
     let effort = Effort {
         permutations: recognition.permutations,
         resamples: recognition.resamples,
@@ -202,7 +202,7 @@ pub fn recognise(
         patterns: recogniser.responses(),
         responses: answers.different(),
         wanted,
-        unanswered: silent as f64 / stage.testing.len() as f64,
+        unanswered: silent as f64 / protocol.testing.len() as f64,
         bytes_per_place: recogniser.bytes_per_place(),
         matches: recogniser.matches(),
         judgement: Judgement::of(&table, &unit_of, effort, seed),
@@ -211,7 +211,7 @@ pub fn recognise(
 
 /// The constants, and the answers, nearest to the number of responses wanted.
 fn tuned(
-    stage: &Stage,
+    protocol: &Protocol,
     config: &Config,
     wanted: usize,
     tolerance: usize,
@@ -224,7 +224,7 @@ fn tuned(
     let mut try_at = |share: f64, best: &mut Option<(usize, Config, Answers)>| -> Result<usize> {
         let mut config = config.clone();
         dial.turn(&mut config, dial.at(share));
-        let answers = Answers::of(stage, &config, seed)?;
+        let answers = Answers::of(protocol, &config, seed)?;
         let number = answers.different();
         let off = number.abs_diff(wanted);
         if tried.insert(dial.at(share).to_bits())
@@ -279,15 +279,17 @@ const LEAST_S: f64 = 0.3;
 /// Seconds for comparing a snapshot with one pattern, all that belongs to answering included, on one thread: the fastest
 /// of several passes over at most 200 snapshots of the testing part. D00's T, "the mean processor time required to match
 /// a landmark". A timing: kept out of records.
-pub fn seconds_per_match(stage: &Stage, recogniser: &dyn Recogniser) -> f64 {
-    let every = stage.testing.len().div_ceil(TIMED).max(1);
-    let some: Vec<usize> = stage.testing.iter().copied().step_by(every).collect();
+pub fn seconds_per_match(protocol: &Protocol, recogniser: &dyn Recogniser) -> f64 {
+    let every = protocol.testing.len().div_ceil(TIMED).max(1);
+    let some: Vec<usize> = protocol.testing.iter().copied().step_by(every).collect();
     let (begun, mut fastest) = (Instant::now(), f64::INFINITY);
     loop {
         let pass = Instant::now();
         for &k in &some {
-            let answer =
-                recogniser.respond(stage.recording.channels(), &stage.recording.observation(k));
+            let answer = recogniser.respond(
+                protocol.recording.channels(),
+                &protocol.recording.observation(k),
+            );
             std::hint::black_box(answer);
         }
         fastest = fastest.min(pass.elapsed().as_secs_f64());

@@ -10,7 +10,7 @@ mod replay;
 
 pub use replay::{Trial, trials};
 
-use super::stage::Stage;
+use super::protocol::Protocol;
 use crate::{
     error::{Error, Result},
     localiser::{Estimate, Localiser, Player, Probable, Step},
@@ -200,21 +200,21 @@ struct Heard {
     probability: Option<f64>,
 }
 
-/// Plays the trials of a stage to a localiser, and judges its answers by these bins, which must be the stage's own.
+/// Plays the trials of a protocol to a localiser, and judges its answers by these bins, which must be the protocol's own.
 ///
 /// ```
-/// use ballmark::{experiment::{stage::{Mapping, Stage, StageConfig}, standard::{self, StandardConfig}},
+/// use ballmark::{experiment::{protocol::{Mapping, Protocol, ProtocolConfig}, standard::{self, StandardConfig}},
 ///     localiser::{self, Kind}, seed::Seed, world::corridor};
 /// let config = corridor::CorridorConfig { runs: 2, spacing_m: 0.5, ..Default::default() };
 /// let recording = corridor::thrun1998(Seed(1), &config)?;
-/// let config = StageConfig { mapping: Mapping::FirstRun, ..Default::default() };
-/// let stage = Stage::set(&recording, &config)?;
+/// let config = ProtocolConfig { mapping: Mapping::FirstRun, ..Default::default() };
+/// let protocol = Protocol::new(&recording, &config)?;
 ///
 /// let dead_reckoning = Kind::DeadReckoning.default_config();
-/// let learned = localiser::learn(&dead_reckoning, &stage.recording, &stage.mapping, Seed(1))?;
+/// let learned = localiser::learn(&dead_reckoning, &protocol.recording, &protocol.mapping, Seed(1))?;
 /// let config = StandardConfig { every_s: 1.0, ..Default::default() };
-/// let binning = stage.binning(config.bin_m)?;
-/// let record = standard::play(&stage, &binning, learned.as_localiser(), &config, Seed(1))?;
+/// let binning = protocol.binning(config.bin_m)?;
+/// let record = standard::play(&protocol, &binning, learned.as_localiser(), &config, Seed(1))?;
 /// assert_eq!(record.by_distance.len(), 201);
 /// assert_eq!(record.by_distance[0].uncertainty_coefficient, Some(1.0)); // it was told the start
 /// # Ok::<(), ballmark::Error>(())
@@ -224,21 +224,21 @@ struct Heard {
 /// A usage error where a constant makes no sense; a work error where no trial fits the testing part, where all trials
 /// stay at one location, or where the localiser fails.
 pub fn play(
-    stage: &Stage,
+    protocol: &Protocol,
     binning: &Binning,
     localiser: &dyn Localiser,
     config: &StandardConfig,
     seed: Seed,
 ) -> Result<StandardRecord> {
     config.check()?;
-    let (trials, mut notes) = trials(stage, config)?;
-    let player = localiser.prepare(&stage.recording, &stage.testing)?;
+    let (trials, mut notes) = trials(protocol, config)?;
+    let player = localiser.prepare(&protocol.recording, &protocol.testing)?;
     let heard: Vec<Vec<Heard>> = trials
         .par_iter()
         .enumerate()
         .map(|(number, trial)| {
-            let steps = replay(stage, localiser, &*player, trial, number, seed)?;
-            heard(stage, binning, trial, &steps, localiser.is_blind())
+            let steps = replay(protocol, localiser, &*player, trial, number, seed)?;
+            heard(protocol, binning, trial, &steps, localiser.is_blind())
         })
         .collect::<Result<_>>()?;
     let at = |table: usize| {
@@ -336,14 +336,14 @@ pub fn play(
 
 /// Plays one trial: the same for any number of threads, as its stream is its own.
 fn replay(
-    stage: &Stage,
+    protocol: &Protocol,
     localiser: &dyn Localiser,
     player: &dyn Player,
     trial: &Trial,
     number: usize,
     seed: Seed,
 ) -> Result<Vec<Step>> {
-    let start = stage.recording.poses()[trial.snapshots[0]];
+    let start = protocol.recording.poses()[trial.snapshots[0]];
     let start = localiser.is_told_the_start().then_some(start);
     let mut stream = seed.numbered_stream("standard trial", number as u64);
     let steps = player.play(&trial.snapshots, start, &mut stream)?;
@@ -361,7 +361,7 @@ fn replay(
 /// What is counted of a trial, snapshot by snapshot. One who never looks stays outside once there, "for the rest of that
 /// trial" (7.1).
 fn heard(
-    stage: &Stage,
+    protocol: &Protocol,
     binning: &Binning,
     trial: &Trial,
     steps: &[Step],
@@ -371,7 +371,7 @@ fn heard(
     let diagonal_squared = 2.001 * binning.size_m().powi(2);
     let mut lost = false;
     let of_step = |(&snapshot, step): (&usize, &Step)| {
-        let location = location(stage, binning, snapshot)?;
+        let location = location(protocol, binning, snapshot)?;
         let answer = match step.estimate {
             _ if lost => Answer::Outside,
             None => Answer::None,
@@ -380,7 +380,7 @@ fn heard(
         };
         lost |= blind && answer == Answer::Outside;
         // Most of a posterior lies too far away to be in the same bin, which is cheaply told.
-        let [x, y] = stage.place[snapshot];
+        let [x, y] = protocol.place[snapshot];
         let near = |p: [f64; 2]| (p[0] - x).powi(2) + (p[1] - y).powi(2) <= diagonal_squared;
         let there =
             |(place, _): &&Probable| near(*place) && binning.bin_of(*place) == Some(location);
@@ -394,11 +394,11 @@ fn heard(
     trial.snapshots.iter().zip(steps).map(of_step).collect()
 }
 
-fn location(stage: &Stage, binning: &Binning, snapshot: usize) -> Result<usize> {
-    let place = stage.place[snapshot];
+fn location(protocol: &Protocol, binning: &Binning, snapshot: usize) -> Result<usize> {
+    let place = protocol.place[snapshot];
     binning.bin_of(place).ok_or_else(|| {
         Error::work(format!(
-            "standard: snapshot {snapshot} at ({}, {}) is in none of the bins; expected bins laid over this stage",
+            "standard: snapshot {snapshot} at ({}, {}) is in none of the bins; expected bins laid over this protocol",
             place[0], place[1]
         ))
     })

@@ -3,7 +3,7 @@
 use super::{
     optimiser::{Descent, Memory},
     recipe::{Optimiser, Recipe},
-    trainer::{Progress, PseudoPatterns, Stage, of_features},
+    trainer::{Phase, Progress, PseudoPatterns, of_features},
 };
 use crate::{
     detector::net::{Nets, values},
@@ -262,11 +262,11 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
     let mut descent = Descent::new(&recipe.descent);
     descent.steps = numbers[0] as usize;
     descent.promised = numbers[5];
-    let stage = Stage::at(recipe, descent.steps);
-    let learners = of_features(like, stage.learners.clone());
-    let remembered = match descent.steps > stage.first_step {
+    let phase = Phase::at(recipe, descent.steps);
+    let learners = of_features(like, phase.learners.clone());
+    let remembered = match descent.steps > phase.first_step {
         true => learners.weight.len(),
-        false => 0, // nothing of another stage
+        false => 0, // nothing of another phase
     };
     let parameters = learners.weight.iter().take(remembered);
     let parameters = parameters.chain(learners.bias.iter().take(remembered));
@@ -295,7 +295,7 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
         let Some([1, _, learners]) = found.as_ref().map(|t| t.dims()) else {
             return Ok(None);
         };
-        match learners == stage.learners.len() {
+        match learners == phase.learners.len() {
             true => Ok(found.map(|t| t.squeeze_dim(0))),
             false => Err(damaged(&name)),
         }

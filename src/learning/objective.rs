@@ -30,7 +30,7 @@ use super::{
 use crate::error::{Error, Result};
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2};
 use outcomes::tiles;
-use passes::{Activations, LookAtTruths, LookBack, Outcomes, Room};
+use passes::{Activations, ChunkWorkspace, ExpectedErrorPass, MapGradientPass, Outcomes};
 use rayon::prelude::*;
 
 /// Most features that 2^n outcomes allow.
@@ -118,11 +118,11 @@ pub struct Objective<T> {
     vectors: Vectors,
     /// M `[candidate, tile]`, in the operator's order, as are U and U∘ē `[truth, tile]`.
     map: Vec<Lanes<T>>,
-    by_error: Vec<Lanes<T>>,
-    plain: Vec<Lanes<f64>>,
+    weighted: Vec<Lanes<T>>,
+    unweighted: Vec<Lanes<f64>>,
     of_map: Scratch<T>,
     of_truths: Scratch<T>,
-    rooms: Vec<Room<T>>,
+    workspaces: Vec<ChunkWorkspace<T>>,
     /// E of every chunk of truths.
     parts_m: Vec<f64>,
     /// Gradients that are not yet in the callers' order.
@@ -146,11 +146,11 @@ impl<T: Real> Objective<T> {
         Self {
             vectors,
             map: Vec::new(),
-            by_error: Vec::new(),
-            plain: Vec::new(),
+            weighted: Vec::new(),
+            unweighted: Vec::new(),
             of_map: Scratch::default(),
             of_truths: Scratch::default(),
-            rooms: Vec::new(),
+            workspaces: Vec::new(),
             parts_m: Vec::new(),
             in_order: Vec::new(),
             evaluation: Evaluation::default(),
@@ -205,9 +205,9 @@ impl<T: Real> Objective<T> {
         let (truth, map) = (of(truth, Asking::Truths), of(map, Asking::Candidates));
         // One way into the pool for all passes.
         rayon::scope(|_| {
-            self.look_at_map(prior, map);
-            self.look_at_truths(prior, truth, weight);
-            self.look_back(prior, map);
+            self.map_outcomes(prior, map);
+            self.expected_error(prior, truth, weight);
+            self.map_gradient_pass(prior, map);
         });
         let errors_m = prior.prior_error_m().iter();
         self.evaluation.prior_error_m = errors_m.zip(weight).map(|(e, w)| e * w).sum();
@@ -215,28 +215,28 @@ impl<T: Real> Objective<T> {
     }
 
     /// M, and what the truths will ask of it.
-    fn look_at_map(&mut self, prior: &PriorOperator, map: Activations<T>) {
+    fn map_outcomes(&mut self, prior: &PriorOperator, map: Activations<T>) {
         let (tiles, vectors) = (tiles(map.features), self.vectors);
         let part = self.part_of(prior.candidates(), tiles);
         self.map
             .resize(prior.candidates() * tiles, Lanes::<T>::default());
         let mut to_take_in = prior.take_in_map(tiles, &mut self.of_map);
-        let parts = self.rooms.par_iter_mut();
+        let parts = self.workspaces.par_iter_mut();
         let parts = parts
             .zip(self.map.par_chunks_mut(part * CHUNK * tiles))
             .zip(to_take_in.par_chunks_mut(part));
         parts
             .enumerate()
-            .for_each(|(number, ((room, out), to_take_in))| {
+            .for_each(|(number, ((workspace, out), to_take_in))| {
                 let chunks = out.chunks_mut(CHUNK * tiles).zip(to_take_in);
-                for (chunk, (out, take_in)) in (number * part..).zip(chunks) {
+                for (chunk, (out, accumulate)) in (number * part..).zip(chunks) {
                     vectors.run(Outcomes {
                         activations: map,
                         first: chunk * CHUNK,
-                        highs: room.highs_of_one(),
+                        highs: workspace.highs_of_one(),
                         out,
                     });
-                    take_in.chunk(&rows_of(tiles, out, None), vectors);
+                    accumulate.chunk(&rows_of(tiles, out, None), vectors);
                 }
             });
         drop(to_take_in);
@@ -245,55 +245,59 @@ impl<T: Real> Objective<T> {
     }
 
     /// ē, E, ∂E/∂g of the truths, and U for the way back.
-    fn look_at_truths(&mut self, prior: &PriorOperator, truth: Activations<T>, weight: &[f64]) {
+    fn expected_error(&mut self, prior: &PriorOperator, truth: Activations<T>, weight: &[f64]) {
         let (n, vectors) = (truth.features, self.vectors);
         let (tiles, truths) = (tiles(n), prior.truths());
         let part = self.part_of(truths, tiles);
-        self.by_error.resize(truths * tiles, Lanes::<T>::default());
-        self.plain.resize(truths * tiles, Lanes::default());
+        self.weighted.resize(truths * tiles, Lanes::<T>::default());
+        self.unweighted.resize(truths * tiles, Lanes::default());
         self.parts_m.resize(truths.div_ceil(CHUNK), 0.0);
         let (rows, scratch) = (rows_of(tiles, &self.map, None), &self.of_map);
         let mut to_take_in = prior.take_in_truths(tiles, &mut self.of_truths);
-        let (by_error, plain, parts_m) = (&mut self.by_error, &mut self.plain, &mut self.parts_m);
-        let (rooms, gradient) = (&mut self.rooms, &mut self.evaluation.truth_gradient);
+        let (weighted, unweighted, parts_m) =
+            (&mut self.weighted, &mut self.unweighted, &mut self.parts_m);
+        let (workspaces, gradient) = (&mut self.workspaces, &mut self.evaluation.truth_gradient);
         fill(
             gradient,
             &mut self.in_order,
             (truths, n),
             truth.order,
             |gradient| {
-                let parts = rooms
+                let parts = workspaces
                     .par_iter_mut()
-                    .zip(by_error.par_chunks_mut(part * CHUNK * tiles))
-                    .zip(plain.par_chunks_mut(part * CHUNK * tiles))
+                    .zip(weighted.par_chunks_mut(part * CHUNK * tiles))
+                    .zip(unweighted.par_chunks_mut(part * CHUNK * tiles))
                     .zip(gradient.par_chunks_mut(part * CHUNK * n))
                     .zip(parts_m.par_chunks_mut(part))
                     .zip(to_take_in.par_chunks_mut(part))
                     .enumerate();
                 parts.for_each(
-                    |(number, (((((room, by_error), plain), gradient), parts_m), to_take_in))| {
-                        let chunks = by_error
+                    |(
+                        number,
+                        (((((workspace, weighted), unweighted), gradient), parts_m), to_take_in),
+                    )| {
+                        let chunks = weighted
                             .chunks_mut(CHUNK * tiles)
-                            .zip(plain.chunks_mut(CHUNK * tiles))
+                            .zip(unweighted.chunks_mut(CHUNK * tiles))
                             .zip(gradient.chunks_mut(CHUNK * n))
                             .zip(parts_m)
                             .zip(to_take_in);
-                        for (chunk, ((((by_error, plain), gradient), part_m), take_in)) in
+                        for (chunk, ((((weighted, unweighted), gradient), part_m), accumulate)) in
                             (number * part..).zip(chunks)
                         {
-                            *part_m = vectors.run(LookAtTruths {
+                            *part_m = vectors.run(ExpectedErrorPass {
                                 prior,
                                 activations: truth,
                                 weight,
                                 first: chunk * CHUNK,
                                 rows: &rows,
                                 scratch,
-                                room,
-                                by_error: &mut *by_error,
-                                plain: &mut *plain,
+                                workspace,
+                                weighted: &mut *weighted,
+                                unweighted: &mut *unweighted,
                                 gradient,
                             });
-                            take_in.chunk(&rows_of(tiles, by_error, Some(plain)), vectors);
+                            accumulate.chunk(&rows_of(tiles, weighted, Some(unweighted)), vectors);
                         }
                     },
                 );
@@ -301,36 +305,38 @@ impl<T: Real> Objective<T> {
         );
         drop(to_take_in);
         self.evaluation.posterior_error_m = self.parts_m.iter().sum();
-        let rows = rows_of(tiles, &self.by_error, Some(&self.plain));
+        let rows = rows_of(tiles, &self.weighted, Some(&self.unweighted));
         prior.prepare(Asking::Candidates, &rows, &mut self.of_truths, vectors);
     }
 
     /// ∂E/∂M and with it ∂E/∂g of the map's places.
-    fn look_back(&mut self, prior: &PriorOperator, map: Activations<T>) {
+    fn map_gradient_pass(&mut self, prior: &PriorOperator, map: Activations<T>) {
         let (n, vectors) = (map.features, self.vectors);
         let tiles = tiles(n);
         let part = self.part_of(prior.candidates(), tiles);
-        let rows = rows_of(tiles, &self.by_error, Some(&self.plain));
+        let rows = rows_of(tiles, &self.weighted, Some(&self.unweighted));
         let scratch = &self.of_truths;
-        let (rooms, gradient) = (&mut self.rooms, &mut self.evaluation.map_gradient);
+        let (workspaces, gradient) = (&mut self.workspaces, &mut self.evaluation.map_gradient);
         let shape = (prior.candidates(), n);
         fill(gradient, &mut self.in_order, shape, map.order, |gradient| {
-            let parts = rooms
+            let parts = workspaces
                 .par_iter_mut()
                 .zip(gradient.par_chunks_mut(part * CHUNK * n));
-            parts.enumerate().for_each(|(number, (room, gradient))| {
-                for (chunk, gradient) in (number * part..).zip(gradient.chunks_mut(CHUNK * n)) {
-                    vectors.run(LookBack {
-                        prior,
-                        activations: map,
-                        first: chunk * CHUNK,
-                        rows: &rows,
-                        scratch,
-                        room,
-                        gradient,
-                    });
-                }
-            });
+            parts
+                .enumerate()
+                .for_each(|(number, (workspace, gradient))| {
+                    for (chunk, gradient) in (number * part..).zip(gradient.chunks_mut(CHUNK * n)) {
+                        vectors.run(MapGradientPass {
+                            prior,
+                            activations: map,
+                            first: chunk * CHUNK,
+                            rows: &rows,
+                            scratch,
+                            workspace,
+                            gradient,
+                        });
+                    }
+                });
         });
     }
 
@@ -341,10 +347,11 @@ impl<T: Real> Objective<T> {
         let part = chunks
             .div_ceil(PARTS_A_THREAD * rayon::current_num_threads())
             .max(1);
-        self.rooms.retain(|room| room.tiles() == tiles);
-        if self.rooms.len() < chunks.div_ceil(part) {
-            self.rooms
-                .resize_with(chunks.div_ceil(part), || Room::new(tiles));
+        self.workspaces
+            .retain(|workspace| workspace.tiles() == tiles);
+        if self.workspaces.len() < chunks.div_ceil(part) {
+            self.workspaces
+                .resize_with(chunks.div_ceil(part), || ChunkWorkspace::new(tiles));
         }
         part
     }
@@ -352,20 +359,20 @@ impl<T: Real> Objective<T> {
 
 fn rows_of<'a, T>(
     tiles: usize,
-    by_error: &'a [Lanes<T>],
-    plain: Option<&'a [Lanes<f64>]>,
+    weighted: &'a [Lanes<T>],
+    unweighted: Option<&'a [Lanes<f64>]>,
 ) -> Rows<'a, T> {
     Rows {
         tiles,
-        by_error,
-        plain,
+        weighted,
+        unweighted,
     }
 }
 
 /// Lets a gradient be filled in order, and puts it into the caller's.
 fn fill<T: Real>(
     gradient: &mut Array2<T>,
-    room: &mut Vec<T>,
+    workspace: &mut Vec<T>,
     shape: (usize, usize),
     order: Option<&[usize]>,
     in_order: impl FnOnce(&mut [T]),
@@ -377,10 +384,10 @@ fn fill<T: Real>(
     match order {
         None => in_order(out),
         Some(order) => {
-            room.resize(out.len(), T::default());
-            in_order(room);
+            workspace.resize(out.len(), T::default());
+            in_order(workspace);
             let n = shape.1.max(1);
-            for (&k, row) in order.iter().zip(room.chunks_exact(n)) {
+            for (&k, row) in order.iter().zip(workspace.chunks_exact(n)) {
                 out[k * n..(k + 1) * n].copy_from_slice(row);
             }
         }

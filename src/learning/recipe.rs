@@ -64,9 +64,11 @@ pub struct DescentConfig {
     /// Most steps.
     pub steps: usize,
     /// Truths of a step, drawn anew for each; 0: all training snapshots at every step.
-    pub queries: usize,
+    #[serde(alias = "queries")]
+    pub truths_per_step: usize,
     /// Candidate places of a step, drawn anew for each in short stretches; 0: all training snapshots.
-    pub places: usize,
+    #[serde(alias = "places")]
+    pub candidates_per_step: usize,
     /// Steps between two looks at the validation part.
     pub validate_every: usize,
     /// Stop after this many steps without a better validation error.
@@ -274,8 +276,8 @@ impl Default for DescentConfig {
             weight_decay: 0.3,
             gradient_limit: 1.0,
             steps: 4000,
-            queries: 192,
-            places: 1500,
+            truths_per_step: 192,
+            candidates_per_step: 1500,
             validate_every: 50,
             patience: 4000,
             checkpoint_every: 100,

@@ -2,10 +2,11 @@
 
 use super::{
     checkpoint::{self, Checkpoint},
-    lesson::Lesson,
+    error_reduction::ErrorReduction,
     optimiser::Descent,
+    problem::Workspace,
     recipe::{Optimiser, Recipe},
-    task::Workspace,
+    training_set::TrainingSet,
 };
 use crate::{
     detector::{
@@ -18,34 +19,34 @@ use crate::{
 use burn::tensor::{Device, Tensor};
 use std::{path::Path, sync::Arc};
 
+use array_backend::ArrayBackend;
 use batch::{Batch, Noise, Site, no_number};
-use fast::Fast;
 use on_device::OnDevice;
+use phase::put_features;
+pub use phase::{Phase, of_features};
+pub use progress::{Progress, StoppedBy, Trained};
 pub use pseudo_patterns::PseudoPatterns;
 pub use restarts::{remove_checkpoints, train, train_on};
-use stage::put_features;
-pub use stage::{Stage, of_features};
 use tensors::{array, limited, tensor};
-pub use told::{Progress, Score, StoppedBy, Trained};
 
 /// One training, from the weights that the recipe's seed gives.
 fn train_once(
     device: &Device,
     recipe: &Recipe,
-    lesson: &Lesson,
+    training_set: &TrainingSet,
     checkpoint: Option<&Path>,
     resume: bool,
     identity: &str,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Trained> {
-    let mut trainer = Trainer::new(recipe, lesson, device);
+    let mut trainer = Trainer::new(recipe, training_set, device);
     if let Some(path) = checkpoint.filter(|path| resume && path.exists()) {
-        trainer.take_up(checkpoint::read(path, identity, recipe, &trainer.now.nets)?)?;
+        trainer.load(checkpoint::read(path, identity, recipe, &trainer.now.nets)?)?;
     }
     let stopped_by = loop {
         let step = trainer.steps();
         if step.is_multiple_of(recipe.descent.validate_every) || step == recipe.descent.steps {
-            trainer.settle();
+            trainer.sync();
             let validation = trainer.validate(&trainer.now.nets)?;
             trainer
                 .now
@@ -55,7 +56,7 @@ fn train_once(
         if step >= recipe.descent.steps {
             break StoppedBy::Steps;
         }
-        if Stage::at(recipe, step).is_last
+        if Phase::at(recipe, step).is_last
             && trainer.now.best_validation.is_some()
             && step - trainer.now.best_step >= recipe.descent.patience
         {
@@ -64,7 +65,7 @@ fn train_once(
         if let Some(path) =
             checkpoint.filter(|_| step > 0 && step.is_multiple_of(recipe.descent.checkpoint_every))
         {
-            trainer.settle();
+            trainer.sync();
             checkpoint::write(path, identity, &trainer.now)?;
         }
         trainer.step()?;
@@ -75,28 +76,28 @@ fn train_once(
 /// A training between two steps.
 pub struct Trainer<'a> {
     recipe: &'a Recipe,
-    lesson: &'a Lesson<'a>,
+    training_set: &'a TrainingSet<'a>,
     device: Device,
-    /// The lesson's inputs on the device, `[snapshot, input]`.
+    /// The training_set's inputs on the device, `[snapshot, input]`.
     inputs: Tensor<2>,
     noise: Arc<Noise>,
     /// Where the objective is evaluated: dense on a GPU that the networks are on, by its structure on the CPU.
     site: Site,
     workspace: Workspace,
     /// Takes the steps where the networks' shape and the recipe allow; tensors take them elsewhere.
-    fast: Option<Fast>,
+    array_backend: Option<ArrayBackend>,
     /// What the last step looked at; the next one of its series looks at the same.
     batch: Option<Batch>,
-    /// Where training stands; on the fast path only once it has [settled](Self::settle).
+    /// Where training stands; on the array backend only once it is [synchronised](Self::sync).
     now: Checkpoint,
 }
 
 impl<'a> Trainer<'a> {
     /// Before the first step: networks of random weights, drawn from the recipe's seed.
-    pub fn new(recipe: &'a Recipe, lesson: &'a Lesson<'a>, device: &Device) -> Self {
+    pub fn new(recipe: &'a Recipe, training_set: &'a TrainingSet<'a>, device: &Device) -> Self {
         let weights = Weights::random(
             &recipe.network,
-            lesson.input.width(),
+            training_set.input.width(),
             recipe.features,
             &mut Seed(recipe.seed).stream("initial weights"),
         );
@@ -106,23 +107,23 @@ impl<'a> Trainer<'a> {
             noise: Arc::new(Noise::new(recipe)),
             site: match *device == cpu() {
                 true => Site::Cpu,
-                false => Site::device(recipe, lesson, device),
+                false => Site::device(recipe, training_set, device),
             },
             workspace: Workspace::default(),
-            fast: Fast::of(recipe, &weights, device),
+            array_backend: ArrayBackend::of(recipe, &weights, device),
             batch: None,
             recipe,
-            lesson,
-            inputs: tensor(lesson.inputs.view(), device),
+            training_set,
+            inputs: tensor(training_set.inputs.view(), device),
             now: Checkpoint::start(nets, Descent::new(&recipe.descent)),
             device: device.clone(),
         }
     }
 
-    /// The same, but with every step taken on tensors, whatever the shape: what the fast path is held against.
+    /// The same, but with every step taken on tensors, whatever the shape: what the array backend is held against.
     pub fn on_tensors(mut self) -> Self {
-        self.settle();
-        self.fast = None;
+        self.sync();
+        self.array_backend = None;
         self
     }
 
@@ -130,23 +131,23 @@ impl<'a> Trainer<'a> {
     /// the CPU's own way.
     pub fn with_dense_objective(mut self) -> Self {
         self = self.on_tensors();
-        self.site = Site::device(self.recipe, self.lesson, &self.device);
+        self.site = Site::device(self.recipe, self.training_set, &self.device);
         self
     }
 
     /// Goes on from where a training stood.
-    fn take_up(&mut self, now: Checkpoint) -> Result<()> {
-        if let Some(fast) = &mut self.fast {
-            fast.take_up(&now)?;
+    fn load(&mut self, now: Checkpoint) -> Result<()> {
+        if let Some(array_backend) = &mut self.array_backend {
+            array_backend.load(&now)?;
         }
         self.now = now;
         Ok(())
     }
 
     /// Brings the checkpoint up to the last step, before somebody looks at it.
-    fn settle(&mut self) {
-        if let Some(fast) = &self.fast {
-            fast.put_down(&mut self.now, &self.device);
+    fn sync(&mut self) {
+        if let Some(array_backend) = &self.array_backend {
+            array_backend.store(&mut self.now, &self.device);
         }
     }
 
@@ -161,24 +162,38 @@ impl<'a> Trainer<'a> {
     /// # Errors
     /// Where the objective or its gradient is no longer a finite number.
     pub fn step(&mut self) -> Result<()> {
-        if let Some(fast) = &mut self.fast {
+        if let Some(array_backend) = &mut self.array_backend {
             let space = &mut self.workspace;
-            return fast.step(self.recipe, self.lesson, &self.noise, space, &mut self.now);
+            return array_backend.step(
+                self.recipe,
+                self.training_set,
+                &self.noise,
+                space,
+                &mut self.now,
+            );
         }
         let (recipe, step) = (self.recipe, self.steps());
-        let stage = Stage::at(recipe, step);
-        let (place, first) = stage.place_in_series(recipe, step);
-        let batch = self.batch_of(&stage, first)?;
+        let phase = Phase::at(recipe, step);
+        let (place, first) = phase.place_in_series(recipe, step);
+        let batch = self.batch_of(&phase, first)?;
         let d = &recipe.descent;
-        if d.queries == 0 || d.sequential || d.pseudo_pattern_steps > 1 || step + 1 >= d.steps {
-            return self.step_on(batch, &stage, place);
+        if d.truths_per_step == 0
+            || d.sequential
+            || d.pseudo_pattern_steps > 1
+            || step + 1 >= d.steps
+        {
+            return self.step_on(batch, &phase, place);
         }
         // The next draw asks nothing of the weights: it is made while the networks are at work on this one.
-        let (lesson, noise, device) = (self.lesson, Arc::clone(&self.noise), self.device.clone());
+        let (training_set, noise, device) = (
+            self.training_set,
+            Arc::clone(&self.noise),
+            self.device.clone(),
+        );
         let site = self.site.clone();
         let (stepped, next) = rayon::join(
-            || self.step_on(batch, &stage, place),
-            || Batch::new(recipe, lesson, &noise, None, step + 1, &site, &device),
+            || self.step_on(batch, &phase, place),
+            || Batch::new(recipe, training_set, &noise, None, step + 1, &site, &device),
         );
         stepped?;
         self.batch = Some(next?);
@@ -186,10 +201,10 @@ impl<'a> Trainer<'a> {
     }
 
     /// One step on a batch.
-    fn step_on(&mut self, batch: Batch, stage: &Stage, place: usize) -> Result<()> {
+    fn step_on(&mut self, batch: Batch, phase: &Phase, place: usize) -> Result<()> {
         let (recipe, step) = (self.recipe, self.steps());
         let tracked = |t: &Tensor<3>| Tensor::from_inner(t.clone()).require_grad();
-        let mut nets = of_features(&self.now.nets, stage.learners.clone());
+        let mut nets = of_features(&self.now.nets, phase.learners.clone());
         nets.weight = nets.weight.iter().map(tracked).collect();
         nets.bias = nets.bias.iter().map(tracked).collect();
         let output = nets.forward(Tensor::from_inner(batch.inputs.clone())); // [snapshot, learner]
@@ -207,9 +222,9 @@ impl<'a> Trainer<'a> {
         nets.weight = nets.weight.into_iter().map(Tensor::inner).collect();
         nets.bias = nets.bias.into_iter().map(Tensor::inner).collect();
         let moved = self.descend(&batch, nets, slopes, error)?;
-        put_features(&mut self.now.nets, stage.learners.clone(), moved);
+        put_features(&mut self.now.nets, phase.learners.clone(), moved);
         self.batch = Some(batch);
-        if Stage::at(recipe, step + 1) != *stage {
+        if Phase::at(recipe, step + 1) != *phase {
             self.now.begin_stage();
             self.batch = None;
         }
@@ -233,7 +248,7 @@ impl<'a> Trainer<'a> {
             return Ok((error, patterns.residual(answer)));
         }
         let space = &mut self.workspace;
-        let e = batch.evaluate(self.recipe, self.lesson, space, answer.clone())?;
+        let e = batch.evaluate(self.recipe, self.training_set, space, answer.clone())?;
         if !e.is_finite {
             return Err(no_number(self.steps()));
         }
@@ -275,14 +290,15 @@ impl<'a> Trainer<'a> {
             Optimiser::Adam | Optimiser::Momentum => now.descent.step(parameters, slopes),
             Optimiser::ConjugateGradient => {
                 let (patterns, evaluations) = (&now.pseudo_patterns, &mut now.evaluations);
-                let (recipe, lesson, space) = (self.recipe, self.lesson, &mut self.workspace);
+                let (recipe, training_set, space) =
+                    (self.recipe, self.training_set, &mut self.workspace);
                 let mut error_at = |parameters| {
                     let output = with(parameters).forward(batch.inputs.clone());
                     if let Some(patterns) = patterns {
                         return patterns.error(output);
                     }
                     *evaluations += 1;
-                    let e = batch.evaluate(recipe, lesson, space, output)?;
+                    let e = batch.evaluate(recipe, training_set, space, output)?;
                     Ok(e.error)
                 };
                 now.descent
@@ -293,22 +309,22 @@ impl<'a> Trainer<'a> {
     }
 
     /// The batch of the series that began at step `first`: the last step's, or drawn (after a resumption, again).
-    fn batch_of(&mut self, stage: &Stage, first: usize) -> Result<Batch> {
+    fn batch_of(&mut self, phase: &Phase, first: usize) -> Result<Batch> {
         // All training snapshots without noise stay the same from series to series.
         let unchanging =
-            self.recipe.descent.queries == 0 && self.recipe.augmentation.input_noise == 0.0;
+            self.recipe.descent.truths_per_step == 0 && self.recipe.augmentation.input_noise == 0.0;
         if let Some(batch) = self.batch.take()
             && (batch.step == first || unchanging)
         {
             return Ok(batch);
         }
-        let frozen = match stage.learners.start {
+        let frozen = match phase.learners.start {
             0 => None,
             learned => Some(of_features(&self.now.nets, 0..learned)),
         };
         Batch::new(
             self.recipe,
-            self.lesson,
+            self.training_set,
             &self.noise,
             frozen.as_ref(),
             first,
@@ -318,21 +334,21 @@ impl<'a> Trainer<'a> {
     }
 
     /// The validation part under some networks, where there is one; without those that do not learn yet.
-    fn validate(&self, nets: &Nets) -> Result<Option<Score>> {
-        let Some(exam) = &self.lesson.exam else {
+    fn validate(&self, nets: &Nets) -> Result<Option<ErrorReduction>> {
+        let Some(validation_set) = &self.training_set.validation_set else {
             return Ok(None);
         };
-        let stage = Stage::at(self.recipe, self.steps());
-        let nets = of_features(nets, 0..stage.learners.end);
+        let phase = Phase::at(self.recipe, self.steps());
+        let nets = of_features(nets, 0..phase.learners.end);
         let training = array(nets.forward(self.inputs.clone()))?;
-        let truth = array(nets.forward(tensor(exam.inputs.view(), &self.device)))?;
-        self.lesson
-            .examine(exam, truth.view(), training.view())
+        let truth = array(nets.forward(tensor(validation_set.inputs.view(), &self.device)))?;
+        self.training_set
+            .validate(validation_set, truth.view(), training.view())
             .map(Some)
     }
 
     fn finish(mut self, stopped_by: StoppedBy) -> Result<Trained> {
-        self.settle();
+        self.sync();
         let nets = match self.now.best_validation {
             Some(_) => &self.now.best_nets,
             None => &self.now.nets,
@@ -340,7 +356,7 @@ impl<'a> Trainer<'a> {
         let activation = array(nets.forward(self.inputs.clone()))?;
         Ok(Trained {
             weights: nets.weights()?,
-            train: self.lesson.judge(activation.view())?,
+            train: self.training_set.judge(activation.view())?,
             activation,
             validation: self.validate(nets)?,
             steps: self.steps(),
@@ -350,13 +366,13 @@ impl<'a> Trainer<'a> {
     }
 }
 
+mod array_backend;
 mod batch;
-mod fast;
 mod on_device;
+mod phase;
+mod progress;
 mod pseudo_patterns;
 mod restarts;
-mod stage;
 mod tensors;
 #[cfg(test)]
 mod tests;
-mod told;

@@ -30,7 +30,7 @@ impl LandmarkClassifierConfig {
     /// A usage error where a constant makes no sense; the message names its key.
     pub fn check(&self) -> Result<()> {
         let checked = self.map.check();
-        checked.map_err(|e| e.in_file("landmark_classifier"))
+        checked.map_err(|e| e.context("landmark_classifier"))
     }
 }
 
@@ -94,7 +94,7 @@ impl Learn for LandmarkClassifier {
     ) -> Result<Self> {
         let map = PlaceMap::build(&config.map, recording, snapshots);
         Ok(Self {
-            map: map.map_err(|e| e.in_file("landmark_classifier"))?,
+            map: map.map_err(|e| e.context("landmark_classifier"))?,
         })
     }
 

@@ -13,7 +13,7 @@ use crate::{
         input::{Input, InputConfig},
         net::{Activation, NetConfig, Weights},
     },
-    recogniser::room::{room, seeing},
+    recogniser::test_world::{seeing, test_world},
     recording::Columns,
     registry::damaged,
 };
@@ -109,7 +109,7 @@ fn played(learned: &Learned, recording: &Recording) -> Vec<Vec<Step>> {
 }
 
 fn of_trial(player: &dyn Player, number: usize, trial: &[usize]) -> Vec<Step> {
-    let start = trial.first().map(|&k| room().poses()[k]);
+    let start = trial.first().map(|&k| test_world().poses()[k]);
     let mut stream = Seed(1).numbered_stream("trial", number as u64);
     player.play(trial, start, &mut stream).unwrap()
 }
@@ -125,13 +125,13 @@ fn json(learned: &Learned) -> String {
 
 /// The room with some of its columns changed.
 fn changed(change: impl FnOnce(&mut Columns)) -> Recording {
-    let mut columns = room().into_columns();
+    let mut columns = test_world().into_columns();
     change(&mut columns);
     Recording::new(columns).unwrap()
 }
 
 fn is_deterministic(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
@@ -163,7 +163,7 @@ fn check_steps(localiser: &dyn Localiser, steps: &[Step]) {
 }
 
 fn answers(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let learned = learned(kind, &room, Seed(3));
     let localiser = learned.as_localiser();
     assert_eq!(localiser.name(), kind.name());
@@ -180,7 +180,7 @@ fn answers(kind: Kind) {
 }
 
 fn is_causal(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let learned = learned(kind, &room, Seed(3));
     let all = played(&learned, &room);
     for (number, trial) in trials().iter().enumerate() {
@@ -195,7 +195,7 @@ fn is_causal(kind: Kind) {
 }
 
 fn is_total(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX];
     let scans: Vec<Recording> = [0.0, 1.0, -1.0, 1e-30, 1e30]
         .into_iter()
@@ -217,7 +217,7 @@ fn is_total(kind: Kind) {
 }
 
 fn is_blind_to_the_truth(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let learned = learned(kind, &room, Seed(3));
     let elsewhere = changed(|columns| {
         for (k, pose) in columns.pose.iter_mut().enumerate() {
@@ -229,7 +229,7 @@ fn is_blind_to_the_truth(kind: Kind) {
 }
 
 fn names_a_missing_channel(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let learned = learned(kind, &room, Seed(3));
     let localiser = learned.as_localiser();
     let other = changed(|columns| columns.channels[0].name = "lidar".into());
@@ -249,7 +249,7 @@ fn names_a_missing_channel(kind: Kind) {
 }
 
 fn survives_its_file(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let kept = learned(kind, &room, Seed(3));
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("localiser.json");
@@ -282,7 +282,7 @@ fn has_a_name_and_constants(kind: Kind) {
 
 /// All laws for all members: a new line in the registry is under them at once.
 macro_rules! laws {
-    ($($kind:ident, $module:ident, $config:ident, $what:literal;)*) => { $(
+    ($($kind:ident, $module:ident, $config:ident, $what:literal $(, formerly $former:literal)?;)*) => { $(
         mod $module {
             laws!(@each $kind:
                 is_deterministic, answers, is_causal, is_total, is_blind_to_the_truth, names_a_missing_channel,
@@ -334,7 +334,7 @@ fn constants_that_make_no_sense_are_named() {
         ),
     ] {
         let config: Config = toml::from_str(config).unwrap();
-        let error = learn(&config, &room(), &first_lap(), Seed(0)).unwrap_err();
+        let error = learn(&config, &test_world(), &first_lap(), Seed(0)).unwrap_err();
         let told = error.to_string();
         let whose = format!("{}", config.kind());
         assert!(

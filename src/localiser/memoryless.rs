@@ -110,11 +110,11 @@ impl Learn for Memoryless {
 mod tests {
     use super::*;
     use crate::localiser::Estimate;
-    use crate::recogniser::{Kind, room::room};
+    use crate::recogniser::{Kind, test_world::test_world};
 
     #[test]
     fn it_answers_what_its_recogniser_does() {
-        let (room, first): (_, Vec<usize>) = (room(), (0..104).collect());
+        let (room, first): (_, Vec<usize>) = (test_world(), (0..104).collect());
         for &kind in Kind::ALL.iter().filter(|kind| **kind != Kind::Ball) {
             let recogniser = kind.default_config();
             let config = MemorylessConfig { recogniser };

@@ -26,7 +26,7 @@
 pub mod bayes;
 pub mod codes;
 pub mod dead_reckoning;
-pub mod evidence;
+pub mod evidence_based;
 pub mod features;
 mod filter;
 pub mod kernel;
@@ -147,7 +147,7 @@ pub trait Learn: Localiser + Serialize + DeserializeOwned {
 macro_rules! members {
     ($then:ident) => {
         $then! {
-            Evidence, evidence, EvidenceConfig, "Evidence-based localisation of Duckett & Nehmzow (1998).";
+            EvidenceBased, evidence_based, EvidenceBasedConfig, "Evidence-based localisation of Duckett & Nehmzow (1998).", formerly "evidence";
             LandmarkClassifier, landmark_classifier, LandmarkClassifierConfig, "Nearest neighbour on the places of its map.";
             Memoryless, memoryless, MemorylessConfig, "Any recogniser, which answers by what is seen now.";
             DeadReckoning, dead_reckoning, DeadReckoningConfig, "Dead reckoning from a known start, never corrected.";

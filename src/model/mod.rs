@@ -31,9 +31,7 @@ use crate::{
     error::{Error, Result},
     geometry::Pose,
     learning::{
-        Recipe,
-        lesson::Lesson,
-        trainer::{Score, Trained},
+        Recipe, error_reduction::ErrorReduction, trainer::Trained, training_set::TrainingSet,
     },
     recording::{Channel, Recording},
     storage,
@@ -69,9 +67,9 @@ pub struct Header {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
     /// On the training part, with the map that localisation uses.
-    pub train: Score,
+    pub train: ErrorReduction,
     /// On the validation part; none where no validation snapshot lies at a place seen in training.
-    pub validation: Option<Score>,
+    pub validation: Option<ErrorReduction>,
 }
 
 /// A trained set of filters and its map.
@@ -103,7 +101,7 @@ impl Model {
     pub fn new(
         recipe: &Recipe,
         recording: &Recording,
-        lesson: &Lesson<'_>,
+        training_set: &TrainingSet<'_>,
         trained: Trained,
     ) -> Self {
         let at = |k: &usize| recording.poses()[*k];
@@ -114,19 +112,19 @@ impl Model {
                 prior: recipe.uncertainty,
                 channels: recording.channels().to_vec(),
                 dataset_sha256: recording.columns().dataset_sha256.clone(),
-                input: lesson.input.clone(),
+                input: training_set.input.clone(),
                 activation: trained.weights.activation,
-                motion: OdometryMotion::fitted(recording, &lesson.snapshots),
+                motion: OdometryMotion::fitted(recording, &training_set.snapshots),
                 scores: Scores {
                     train: trained.train,
                     validation: trained.validation,
                 },
             },
             weights: trained.weights,
-            pose: lesson.snapshots.iter().map(at).collect(),
+            pose: training_set.snapshots.iter().map(at).collect(),
             route_m: recording
                 .route_m()
-                .map(|route| lesson.snapshots.iter().map(|&k| route[k]).collect()),
+                .map(|route| training_set.snapshots.iter().map(|&k| route[k]).collect()),
             activation: trained.activation,
         }
     }

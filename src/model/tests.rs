@@ -44,9 +44,9 @@ fn model(with_route: bool) -> Model {
     recipe.network.trunk = vec![5];
     recipe.network.hidden = vec![3, 2];
     let split = recipe.split.split(&recording).unwrap();
-    let lesson = Lesson::prepare(&recipe, &recording, &split).unwrap();
-    let trained = trainer::train(&recipe, &lesson, None, false, "", &mut |_| ()).unwrap();
-    Model::new(&recipe, &recording, &lesson, trained)
+    let training_set = TrainingSet::prepare(&recipe, &recording, &split).unwrap();
+    let trained = trainer::train(&recipe, &training_set, None, false, "", &mut |_| ()).unwrap();
+    Model::new(&recipe, &recording, &training_set, trained)
 }
 
 #[test]

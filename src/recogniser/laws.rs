@@ -1,6 +1,6 @@
 //! What every recogniser of the registry must keep.
 
-use super::room::{room, seeing};
+use super::test_world::{seeing, test_world};
 use super::{
     ball::{Ball, BallConfig},
     growing_cells::GrowingCellsConfig,
@@ -62,7 +62,7 @@ fn text(learned: &Learned) -> String {
 }
 
 fn is_deterministic(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
@@ -77,7 +77,7 @@ fn is_deterministic(kind: Kind) {
 }
 
 fn recognises_something(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let learned = learned(kind, &room, Seed(3));
     let recogniser = learned.as_recogniser();
     assert_eq!(recogniser.name(), kind.name());
@@ -104,7 +104,7 @@ fn recognises_something(kind: Kind) {
 }
 
 fn many_together_are_answered_as_one_by_one(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let learned = learned(kind, &room, Seed(3));
     let recogniser = learned.as_recogniser();
     let some = [150, 3, 3, 207, 0];
@@ -123,7 +123,7 @@ fn many_together_are_answered_as_one_by_one(kind: Kind) {
 }
 
 fn is_total(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX];
     let scans: Vec<Recording> = [0.0, 1.0, -1.0, 1e-30, 1e30]
         .into_iter()
@@ -166,7 +166,7 @@ fn is_total(kind: Kind) {
 }
 
 fn knows_neither_truth_nor_odometry(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let learned = learned(kind, &room, Seed(3));
     let mut elsewhere = room.clone().into_columns();
     for k in 0..room.len() {
@@ -180,7 +180,7 @@ fn knows_neither_truth_nor_odometry(kind: Kind) {
 }
 
 fn survives_its_file(kind: Kind) {
-    let room = room();
+    let room = test_world();
     let kept = learned(kind, &room, Seed(3));
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("recogniser.json");
@@ -224,7 +224,7 @@ fn has_a_name_and_constants(kind: Kind) {
 
 /// All laws for all members: a new line in the registry is under them at once.
 macro_rules! laws {
-    ($($kind:ident, $module:ident, $config:ident, $what:literal;)*) => { $(
+    ($($kind:ident, $module:ident, $config:ident, $what:literal $(, formerly $former:literal)?;)*) => { $(
         mod $module {
             laws!(@each $kind:
                 is_deterministic, recognises_something, many_together_are_answered_as_one_by_one, is_total,
@@ -285,7 +285,7 @@ fn constants_that_make_no_sense_are_named() {
         ),
     ] {
         let config: Config = toml::from_str(config).unwrap();
-        let error = learn(&config, &room(), &first_lap(), Seed(0)).unwrap_err();
+        let error = learn(&config, &test_world(), &first_lap(), Seed(0)).unwrap_err();
         assert!(
             error.is_usage() && error.to_string().starts_with(key),
             "{error}"
@@ -295,7 +295,7 @@ fn constants_that_make_no_sense_are_named() {
 
 #[test]
 fn a_net_has_the_cells_asked_for_and_needs_three_snapshots() {
-    let room = room();
+    let room = test_world();
     for cells in [3, 17, 40] {
         let config = GrowingCellsConfig {
             cells,

@@ -145,4 +145,4 @@ members!(registry);
 #[cfg(test)]
 mod laws;
 #[cfg(test)]
-pub(crate) mod room;
+pub(crate) mod test_world;

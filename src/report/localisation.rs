@@ -3,15 +3,15 @@
 use super::{Cell, Curve, Table, line_plot};
 use crate::{
     error::Result,
-    experiment::global::{Course, Record, Standing},
+    experiment::localisation::{MethodResult, Record, TrialSummary},
 };
 
 /// Distances at which the table shows the mean expected error, in metres.
 const SHOWN_AT_M: f64 = 10.0;
 
-/// One row a contender.
+/// One row a method.
 pub fn table(record: &Record) -> Table {
-    let priors: Vec<String> = record.standings.first().map_or(Vec::new(), |s| {
+    let priors: Vec<String> = record.results.first().map_or(Vec::new(), |s| {
         s.held_out.iter().map(|h| h.prior.to_string()).collect()
     });
     let mut headers = vec!["system".to_string()];
@@ -22,22 +22,22 @@ pub fn table(record: &Record) -> Table {
     );
     headers.extend(["found %", "in m", "<1m", "10m", "tracked", "bytes"].map(String::from));
     let mut table = Table::new(headers);
-    for standing in &record.standings {
-        let mut row = vec![Cell::Text(standing.title.clone())];
+    for result in &record.results {
+        let mut row = vec![Cell::Text(result.title.clone())];
         for i in 0..priors.len() {
-            let reduction = standing
+            let reduction = result
                 .held_out
                 .get(i)
                 .map(|h| 100.0 * h.score.error_reduction);
             row.push(Cell::number(reduction, 1));
         }
-        let global = &standing.global;
+        let global = &result.global;
         row.push(Cell::Number(100.0 * global.converged_fraction, 0));
         row.push(Cell::number(global.distance_to_converge_m, 1));
         row.push(Cell::number(global.mean_error_below_1m_at_m, 1));
         row.push(Cell::number(error_at(global, SHOWN_AT_M), 2));
-        row.push(Cell::number(error_at(&standing.tracking, SHOWN_AT_M), 2));
-        let bytes = standing.bytes_per_place.map(|bytes| bytes as u64);
+        row.push(Cell::number(error_at(&result.tracking, SHOWN_AT_M), 2));
+        let bytes = result.bytes_per_place.map(|bytes| bytes as u64);
         row.push(bytes.map_or(Cell::Missing, Cell::Count));
         table.row(row);
     }
@@ -76,15 +76,15 @@ fn plus_minus(prior: &str) -> String {
     }
 }
 
-fn error_at(course: &Course, distance_m: f64) -> Option<f64> {
-    course
+fn error_at(summary: &TrialSummary, distance_m: f64) -> Option<f64> {
+    summary
         .error_by_distance
         .iter()
         .find(|row| row.distance_m >= distance_m - 1e-9)
         .map(|row| row.expected_error_m)
 }
 
-/// All mean curves, one row a contender, kind of start and distance.
+/// All mean curves, one row a method, kind of start and distance.
 pub fn curves(record: &Record) -> Table {
     let mut table = Table::new([
         "system",
@@ -96,14 +96,11 @@ pub fn curves(record: &Record) -> Table {
         "high95_m",
         "trials",
     ]);
-    for standing in &record.standings {
-        for (start, course) in [
-            ("anywhere", &standing.global),
-            ("known", &standing.tracking),
-        ] {
-            for row in &course.error_by_distance {
+    for result in &record.results {
+        for (start, summary) in [("anywhere", &result.global), ("known", &result.tracking)] {
+            for row in &summary.error_by_distance {
                 table.row([
-                    Cell::Text(standing.name.into()),
+                    Cell::Text(result.name.into()),
                     Cell::Text(start.into()),
                     Cell::Number(row.distance_m, 2),
                     Cell::Number(row.expected_error_m, 4),
@@ -123,15 +120,15 @@ pub fn curves(record: &Record) -> Table {
 /// # Errors
 /// None with a record that was made by an experiment.
 pub fn error_plot(title: &str, record: &Record, known_start: bool) -> Result<String> {
-    let curve = |standing: &Standing| {
+    let curve = |result: &MethodResult| {
         let rows = &if known_start {
-            &standing.tracking
+            &result.tracking
         } else {
-            &standing.global
+            &result.global
         }
         .error_by_distance;
         Curve {
-            name: standing.title.clone(),
+            name: result.title.clone(),
             x: rows.iter().map(|row| row.distance_m).collect(),
             y: rows.iter().map(|row| row.expected_error_m).collect(),
             band: Some((
@@ -144,7 +141,7 @@ pub fn error_plot(title: &str, record: &Record, known_start: bool) -> Result<Str
             )),
         }
     };
-    let curves: Vec<Curve> = record.standings.iter().map(curve).collect();
+    let curves: Vec<Curve> = record.results.iter().map(curve).collect();
     line_plot(
         title,
         "distance travelled (m)",

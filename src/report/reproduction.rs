@@ -40,28 +40,28 @@ fn duckett1998(record: &ComparisonRecord) -> Sheet {
     let rows: [(&str, &str, usize, Printed, Here); 8] = [
         (
             "location bins",
-            "evidence",
+            "evidence_based",
             0,
             |p| p.bins as f64,
             |cell| Some(cell.record.bins as f64),
         ),
         (
             "trials",
-            "evidence",
+            "evidence_based",
             0,
             |p| p.trials as f64,
             |cell| Some(cell.record.trials as f64),
         ),
         (
             "places in the EBL map",
-            "evidence",
+            "evidence_based",
             0,
             |p| p.places as f64,
             |cell| Some(cell.places as f64),
         ),
         (
             "EBL distance (m) for U = 0.9",
-            "evidence",
+            "evidence_based",
             1,
             |p| p.evidence_distance_m,
             |cell| cell.record.distance_at_coefficient_m,

@@ -278,7 +278,7 @@ fn a_configuration_at_fault_is_a_wrong_call_and_names_the_line() {
         ),
         (
             "[train.descent]\nqueries = 0\n",
-            &["descent.queries = 0", "augmentation.shift_m"],
+            &["descent.truths_per_step = 0", "augmentation.shift_m"],
         ),
         (
             "[train.descent]\nobjective = \"exact\"\n[train.priors]\nstated = 0.5\n",

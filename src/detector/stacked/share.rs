@@ -1,9 +1,8 @@
 //! A share of the snapshots: what one thread does with them on the way forward and back, and the room it needs.
 
 use super::{
-    Block, Noise,
+    Block, Noise, activation,
     kernel::{self, BLOCK, Matrix, STEP, Task, lanes},
-    squash,
 };
 use crate::detector::net::Activation;
 use macerator::Simd;
@@ -100,7 +99,7 @@ impl Task for Forward<'_> {
                 let weight = Matrix::new(&block.weight, stride);
                 kernel::product::<S, L>(inputs, weight, Some(&block.bias), sums);
                 if at + 1 < self.layers.len() {
-                    squash::apply::<S, L>(self.activation, sums);
+                    activation::apply::<S, L>(self.activation, sums);
                     continue;
                 }
                 // Of few features, whole registers would be mostly zeros.
@@ -112,7 +111,7 @@ impl Task for Forward<'_> {
                 }
             }
         }
-        squash::apply::<S, L>(Activation::Sigmoid, &mut share.outputs);
+        activation::apply::<S, L>(Activation::Sigmoid, &mut share.outputs);
         for (out, &g) in self.out.iter_mut().zip(&share.outputs) {
             *out = g;
         }
@@ -211,7 +210,7 @@ impl Task for Backward<'_> {
                 let slope = &mut share.slope[..rows.len() * stride];
                 if at < last {
                     let outputs = &share.inputs[at + 1][rows.start * stride..];
-                    squash::slope(self.activation, outputs, slope);
+                    activation::slope(self.activation, outputs, slope);
                 }
                 for slope in slope.chunks_exact(stride) {
                     add(&mut share.bias[at], slope);

@@ -5,7 +5,7 @@ use crate::{
     error::{Error, Result},
     experiment::{
         error_reduction::ErrorReductionConfig, landmarks::LandmarksConfig,
-        recognition::RecognitionConfig, stage::StageConfig, standard::StandardConfig,
+        protocol::ProtocolConfig, recognition::RecognitionConfig, standard::StandardConfig,
     },
     storage,
 };
@@ -46,7 +46,7 @@ pub struct CompareConfig {
     /// Who answers.
     pub system: Vec<SystemConfig>,
     /// Who maps and who is tested on, and what the truth is.
-    pub stage: StageConfig,
+    pub protocol: ProtocolConfig,
     /// The standard experiment: trials of localisers, and of recognisers without memory (Duckett & Nehmzow 1998, 6).
     pub standard: Option<StandardConfig>,
     /// Recognisers with as many responses as each other (Duckett & Nehmzow 2000).
@@ -90,8 +90,8 @@ struct File {
     dataset: Vec<DatasetConfig>,
     #[serde(default)]
     system: Vec<BTreeMap<String, toml::Spanned<toml::Value>>>,
-    #[serde(default)]
-    stage: StageConfig,
+    #[serde(default, alias = "stage")]
+    protocol: ProtocolConfig,
     standard: Option<StandardConfig>,
     recognition: Option<RecognitionConfig>,
     error_reduction: Option<ErrorReductionConfig>,
@@ -147,7 +147,7 @@ impl CompareConfig {
             seed: file.seed,
             dataset: file.dataset.into_iter().map(DatasetConfig::named).collect(),
             system: system.collect::<Result<_>>()?,
-            stage: file.stage,
+            protocol: file.protocol,
             standard: file.standard,
             recognition: file.recognition,
             error_reduction: file.error_reduction,
@@ -200,7 +200,7 @@ impl CompareConfig {
         }
         self.dataset.iter().try_for_each(DatasetConfig::check)?;
         self.system.iter().try_for_each(SystemConfig::check)?;
-        self.stage.check()?;
+        self.protocol.check()?;
         self.check_sections()
     }
 

@@ -1,34 +1,34 @@
 //! Any systems on any datasets, each asked the same questions: one table instead of one paper a system.
 //!
-//! A system that fails on a dataset is told in its cell and stops nobody else; so is a dataset on which the stage can't be
+//! A system that fails on a dataset is told in its cell and stops nobody else; so is a dataset on which the protocol can't be
 //! set. The same configuration gives the same record, with any number of threads; only [`Timing`] differs.
 
-mod asking;
 mod config;
-mod opening;
+mod dataset;
+mod evaluate;
+mod model_cache;
+mod progress;
 mod record;
 mod significance;
 mod system;
-mod training;
-mod waiting;
 
 pub use config::{CompareConfig, DatasetConfig};
+pub use progress::Progress;
 pub use record::{
     Comparison, ComparisonRecord, DatasetRecord, Outcome, PairedTest, Section, StandardCell,
     SystemRecord, Timing, file_names,
 };
 pub use system::{HandMade, System, SystemConfig};
-pub use waiting::Progress;
 
 use crate::{
     error::{Error, Result},
-    experiment::stage::Stage,
+    experiment::protocol::Protocol,
 };
-use asking::Examiner;
-use opening::Opened;
+use dataset::LoadedDataset;
+use evaluate::Evaluator;
+use model_cache::ModelCache;
+use progress::ProgressCounter;
 use std::{path::Path, time::Instant};
-use training::School;
-use waiting::Waiting;
 
 /// Where a comparison finds its files and leaves its models.
 #[derive(Debug, Clone, Copy)]
@@ -56,17 +56,21 @@ pub fn compare(
             .sections()
             .map(|systems| systems.len())
             .sum::<usize>());
-    let mut waiting = Waiting::new(of, progress);
+    let mut progress_counter = ProgressCounter::new(of, progress);
     // All of them first: a wrong name is told before the work, not after half of it.
-    let mut opened = Vec::with_capacity(config.dataset.len());
+    let mut loaded = Vec::with_capacity(config.dataset.len());
     for dataset in &config.dataset {
-        waiting.next(&dataset.name);
-        opened.push(Opened::open(dataset, folders.configuration, config.seed)?);
+        progress_counter.next(&dataset.name);
+        loaded.push(LoadedDataset::open(
+            dataset,
+            folders.configuration,
+            config.seed,
+        )?);
     }
     let names = file_names(config.dataset.iter().map(|dataset| dataset.name.as_str()));
     let mut timing = Timing::default();
-    for ((dataset, opened), name) in config.dataset.iter().zip(&opened).zip(&names) {
-        let recording = &opened.recording;
+    for ((dataset, loaded), name) in config.dataset.iter().zip(&loaded).zip(&names) {
+        let recording = &loaded.recording;
         let mut told = DatasetRecord {
             name: dataset.name.clone(),
             source: recording.columns().source.clone(),
@@ -74,24 +78,24 @@ pub fn compare(
             snapshots: recording.len(),
             mapping: 0,
             testing: 0,
-            notes: opened.notes.clone(),
+            notes: loaded.notes.clone(),
         };
-        let stage = Stage::set(recording, &config.stage);
-        if let Ok(stage) = &stage {
-            (told.mapping, told.testing) = (stage.mapping.len(), stage.testing.len());
-            told.notes.extend(stage.notes.iter().cloned());
+        let protocol = Protocol::new(recording, &config.protocol);
+        if let Ok(protocol) = &protocol {
+            (told.mapping, told.testing) = (protocol.mapping.len(), protocol.testing.len());
+            told.notes.extend(protocol.notes.iter().cloned());
         }
         record.datasets.push(told);
-        let mut examiner = Examiner {
+        let mut evaluator = Evaluator {
             config,
             folder: folders.configuration,
-            opened,
-            stage,
-            school: School::new(folders.models, name),
+            loaded,
+            protocol,
+            model_cache: ModelCache::new(folders.models, name),
             dataset: &dataset.name,
-            waiting: &mut waiting,
+            progress_counter: &mut progress_counter,
         };
-        examiner.ask(&mut record, &mut timing);
+        evaluator.evaluate(&mut record, &mut timing);
     }
     record.recognition_tests = record
         .recognition
@@ -117,7 +121,7 @@ impl ComparisonRecord {
         Ok(Self {
             version: env!("CARGO_PKG_VERSION").to_string(),
             seed: config.seed,
-            truth: resolved["stage"]["truth"]
+            truth: resolved["protocol"]["truth"]
                 .as_str()
                 .unwrap_or_default()
                 .to_string(),

@@ -62,7 +62,7 @@ pub struct DatasetRecord {
     pub sha256: Option<String>,
     /// Snapshots in all.
     pub snapshots: usize,
-    /// Snapshots that were learned from; none where the stage could not be set.
+    /// Snapshots that were learned from; none where the protocol could not be set.
     pub mapping: usize,
     /// Snapshots that were tested on.
     pub testing: usize,

@@ -68,8 +68,8 @@ fn a_way_that_is_no_round_has_no_laps() {
     let line = Trace::new((0..400).map(|k| [0.25 * f64::from(k), 0.0]).collect());
     let spiral = (0..900).map(|k| f64::from(k) * 0.05);
     let spiral = Trace::new(spiral.map(|t| [t * t.cos(), t * t.sin()]).collect());
-    let standing = Trace::new(vec![[1.0, 2.0]; 50]);
-    for trace in [rounds(1.2, 0.25, [0.0, 0.0]), line, spiral, standing] {
+    let result = Trace::new(vec![[1.0, 2.0]; 50]);
+    for trace in [rounds(1.2, 0.25, [0.0, 0.0]), line, spiral, result] {
         let error = trace.laps(&LapsConfig::default()).unwrap_err().to_string();
         assert!(
             error.contains("split") && error.contains("first_run"),

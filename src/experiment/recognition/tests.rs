@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    experiment::stage::{Mapping, StageConfig},
+    experiment::protocol::{Mapping, ProtocolConfig},
     recording::Recording,
     world::corridor::{CorridorConfig, thrun1998},
 };
@@ -13,12 +13,12 @@ fn recording() -> Recording {
     thrun1998(Seed(2), &config).unwrap()
 }
 
-fn stage(recording: &Recording) -> Stage<'_> {
-    let config = StageConfig {
+fn protocol(recording: &Recording) -> Protocol<'_> {
+    let config = ProtocolConfig {
         mapping: Mapping::FirstRun,
-        ..StageConfig::default()
+        ..ProtocolConfig::default()
     };
-    Stage::set(recording, &config).unwrap()
+    Protocol::new(recording, &config).unwrap()
 }
 
 fn quick() -> RecognitionConfig {
@@ -32,13 +32,20 @@ fn quick() -> RecognitionConfig {
 #[test]
 fn all_give_the_number_of_responses_wanted() {
     let recording = recording();
-    let stage = stage(&recording);
-    let binning = stage.binning(6.0).unwrap();
+    let protocol = protocol(&recording);
+    let binning = protocol.binning(6.0).unwrap();
     for &kind in Kind::ALL.iter().filter(|kind| **kind != Kind::Ball) {
         for wanted in [9, 30] {
             let config = kind.default_config();
-            let record =
-                recognise(&stage, &binning, &config, Some(wanted), &quick(), Seed(1)).unwrap();
+            let record = recognise(
+                &protocol,
+                &binning,
+                &config,
+                Some(wanted),
+                &quick(),
+                Seed(1),
+            )
+            .unwrap();
             assert!(
                 record.responses.abs_diff(wanted) <= 1,
                 "{kind}: {}",
@@ -49,7 +56,7 @@ fn all_give_the_number_of_responses_wanted() {
             let judgement = &record.judgement;
             assert_eq!(
                 (judgement.n, judgement.responses),
-                (stage.testing.len(), record.responses)
+                (protocol.testing.len(), record.responses)
             );
             assert!(
                 judgement.uncertainty_coefficient > Some(0.03),
@@ -58,7 +65,7 @@ fn all_give_the_number_of_responses_wanted() {
             assert!(judgement.ci95.is_some() && record.bytes_per_place > 0);
             // What was found is found again from its constants alone, and in its file.
             let again =
-                recognise(&stage, &binning, &record.config, None, &quick(), Seed(1)).unwrap();
+                recognise(&protocol, &binning, &record.config, None, &quick(), Seed(1)).unwrap();
             assert_eq!(again.judgement, record.judgement);
             let json = serde_json::to_string(&record).unwrap();
             assert_eq!(
@@ -72,11 +79,11 @@ fn all_give_the_number_of_responses_wanted() {
 #[test]
 fn without_a_number_the_nearest_neighbour_sets_it() {
     let recording = recording();
-    let stage = stage(&recording);
-    let binning = stage.binning(6.0).unwrap();
-    let wanted = quick().wanted(&stage, Seed(1)).unwrap();
+    let protocol = protocol(&recording);
+    let binning = protocol.binning(6.0).unwrap();
+    let wanted = quick().wanted(&protocol, Seed(1)).unwrap();
     let nearest = Kind::Nearest.default_config();
-    let as_it_is = recognise(&stage, &binning, &nearest, None, &quick(), Seed(1)).unwrap();
+    let as_it_is = recognise(&protocol, &binning, &nearest, None, &quick(), Seed(1)).unwrap();
     assert_eq!(
         (as_it_is.config.clone(), as_it_is.responses),
         (nearest, wanted)
@@ -87,10 +94,10 @@ fn without_a_number_the_nearest_neighbour_sets_it() {
 #[test]
 fn a_number_that_cannot_be_met_is_named_with_its_dial() {
     let recording = recording();
-    let stage = stage(&recording);
-    let binning = stage.binning(6.0).unwrap();
+    let protocol = protocol(&recording);
+    let binning = protocol.binning(6.0).unwrap();
     let rce = Kind::Rce.default_config();
-    let error = recognise(&stage, &binning, &rce, Some(5000), &quick(), Seed(1)).unwrap_err();
+    let error = recognise(&protocol, &binning, &rce, Some(5000), &quick(), Seed(1)).unwrap_err();
     let error = error.to_string();
     assert!(
         error.starts_with("rce: no radius") && error.contains("5000 responses"),
@@ -102,7 +109,7 @@ fn a_number_that_cannot_be_met_is_named_with_its_dial() {
         ("resamples = 1000001", "recognition.resamples"),
     ] {
         let config: RecognitionConfig = toml::from_str(config).unwrap();
-        let error = recognise(&stage, &binning, &rce, None, &config, Seed(1)).unwrap_err();
+        let error = recognise(&protocol, &binning, &rce, None, &config, Seed(1)).unwrap_err();
         assert!(
             error.is_usage() && error.to_string().starts_with(key),
             "{error}"
@@ -116,10 +123,10 @@ fn threads_change_nothing() {
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
-            let stage = stage(&recording);
-            let binning = stage.binning(6.0).unwrap();
+            let protocol = protocol(&recording);
+            let binning = protocol.binning(6.0).unwrap();
             let config = Kind::GrowingCells.default_config();
-            recognise(&stage, &binning, &config, Some(12), &quick(), Seed(1)).unwrap()
+            recognise(&protocol, &binning, &config, Some(12), &quick(), Seed(1)).unwrap()
         })
     };
     assert_eq!(on(1), on(3));
@@ -128,8 +135,8 @@ fn threads_change_nothing() {
 #[test]
 fn matches_take_time() {
     let recording = recording();
-    let stage = stage(&recording);
-    let answers = Answers::of(&stage, &Kind::Nearest.default_config(), Seed(1)).unwrap();
-    let seconds = seconds_per_match(&stage, answers.learned.as_recogniser());
+    let protocol = protocol(&recording);
+    let answers = Answers::of(&protocol, &Kind::Nearest.default_config(), Seed(1)).unwrap();
+    let seconds = seconds_per_match(&protocol, answers.learned.as_recogniser());
     assert!(seconds > 0.0 && seconds.is_finite(), "{seconds}");
 }

@@ -3,7 +3,7 @@
 use super::StandardConfig;
 use crate::{
     error::{Error, Result},
-    experiment::stage::Stage,
+    experiment::protocol::Protocol,
 };
 use std::ops::Range;
 
@@ -23,17 +23,17 @@ const ROUNDING: f64 = 1e-9;
 /// Share of a lap that may lack of a whole one.
 const NEARLY_A_LAP: f64 = 0.01;
 
-/// The trials of a stage, in the order of their starts, and what is to be said of them.
+/// The trials of a protocol, in the order of their starts, and what is to be said of them.
 ///
 /// "The number of trials was carefully chosen so that each part of the environment was equally represented in the data"
-/// (D98 7): where the stage has laps, trials start in as many whole laps as leave room for the last trial.
+/// (D98 7): where the protocol has laps, trials start in as many whole laps as leave room for the last trial.
 ///
 /// # Errors
 /// Where no trial fits; the message tells the longest part there is.
-pub fn trials(stage: &Stage, config: &StandardConfig) -> Result<(Vec<Trial>, Vec<String>)> {
+pub fn trials(protocol: &Protocol, config: &StandardConfig) -> Result<(Vec<Trial>, Vec<String>)> {
     config.check()?;
-    let blocks = blocks(stage);
-    let m = &stage.travelled_m;
+    let blocks = blocks(protocol);
+    let m = &protocol.travelled_m;
     let mut notes = Vec::new();
     let mut trials = Vec::new();
     let mut longest_m = 0.0_f64;
@@ -44,7 +44,7 @@ pub fn trials(stage: &Stage, config: &StandardConfig) -> Result<(Vec<Trial>, Vec
         if starts_m < -ROUNDING {
             continue;
         }
-        let laps = stage
+        let laps = protocol
             .laps
             .as_ref()
             .filter(|laps| laps.run.contains(&block.start));
@@ -61,7 +61,7 @@ pub fn trials(stage: &Stage, config: &StandardConfig) -> Result<(Vec<Trial>, Vec
             }
             None => f64::INFINITY,
         };
-        let stamps = &stage.recording.columns().stamp_s;
+        let stamps = &protocol.recording.columns().stamp_s;
         let mut due_s = stamps[block.start];
         for start in block.clone() {
             let done_m = m[start] - m[block.start];
@@ -76,8 +76,8 @@ pub fn trials(stage: &Stage, config: &StandardConfig) -> Result<(Vec<Trial>, Vec
             due_s += config.every_s * (over + 1.0);
             // Counted from the block's start, so that no few trials make a lap of their own by rounding.
             let lap = laps.map_or(0, |(lap_m, _)| (done_m / lap_m) as usize);
-            let unit = stage.unit[block.start] + lap;
-            trials.push(trial(stage, config, start..block.end, unit));
+            let unit = protocol.unit[block.start] + lap;
+            trials.push(trial(protocol, config, start..block.end, unit));
         }
     }
     match trials.is_empty() {
@@ -91,19 +91,19 @@ pub fn trials(stage: &Stage, config: &StandardConfig) -> Result<(Vec<Trial>, Vec
 }
 
 /// Where trials may run: consecutive snapshots of the testing part; where they are laps, from one into the next.
-fn blocks(stage: &Stage) -> Vec<Range<usize>> {
+fn blocks(protocol: &Protocol) -> Vec<Range<usize>> {
     let mut blocks: Vec<Range<usize>> = Vec::new();
-    for &k in &stage.testing {
+    for &k in &protocol.testing {
         match blocks.last_mut() {
-            Some(block) if block.end == k && stage.is_one_way(k - 1, k) => block.end = k + 1,
+            Some(block) if block.end == k && protocol.is_one_way(k - 1, k) => block.end = k + 1,
             _ => blocks.push(k..k + 1),
         }
     }
     blocks
 }
 
-fn trial(stage: &Stage, config: &StandardConfig, room: Range<usize>, unit: usize) -> Trial {
-    let travelled = |k: usize| stage.travelled_m[k] - stage.travelled_m[room.start];
+fn trial(protocol: &Protocol, config: &StandardConfig, room: Range<usize>, unit: usize) -> Trial {
+    let travelled = |k: usize| protocol.travelled_m[k] - protocol.travelled_m[room.start];
     let mut step = 0;
     let step_at: Vec<usize> = (0..config.tables())
         .map(|table| {

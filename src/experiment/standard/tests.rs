@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    experiment::stage::{Mapping, StageConfig},
+    experiment::protocol::{Mapping, ProtocolConfig},
     geometry::Pose,
     recording::{
         Channel, Columns, Recording,
@@ -89,18 +89,18 @@ impl<F: Fn(usize, usize) -> Option<Estimate> + Sync> Player for Reader<'_, F> {
 fn judged(
     recording: &Recording,
     blind: bool,
-    script: impl Fn(&Stage, &Binning, usize, usize) -> Option<Estimate> + Send + Sync,
+    script: impl Fn(&Protocol, &Binning, usize, usize) -> Option<Estimate> + Send + Sync,
 ) -> StandardRecord {
-    let stage = Stage::set(recording, &StageConfig::default()).unwrap();
-    let binning = stage.binning(2.0).unwrap();
-    let script = |step: usize, k: usize| script(&stage, &binning, step, k);
+    let protocol = Protocol::new(recording, &ProtocolConfig::default()).unwrap();
+    let binning = protocol.binning(2.0).unwrap();
+    let script = |step: usize, k: usize| script(&protocol, &binning, step, k);
     let config = StandardConfig {
         permutations: 99,
         resamples: 99,
         ..StandardConfig::default()
     };
     play(
-        &stage,
+        &protocol,
         &binning,
         &Scripted { blind, script },
         &config,
@@ -112,8 +112,8 @@ fn judged(
 #[test]
 fn who_knows_scores_one_and_who_is_silent_nothing() {
     let recording = rounds(4.0 * 34.0);
-    let renamed = judged(&recording, false, |stage, binning, _, k| {
-        let bin = binning.bin_of(stage.place[k])?;
+    let renamed = judged(&recording, false, |protocol, binning, _, k| {
+        let bin = binning.bin_of(protocol.place[k])?;
         Some(Estimate::Class(100 - bin))
     });
     assert_eq!(renamed.mean_uncertainty_coefficient, 1.0);
@@ -123,8 +123,8 @@ fn who_knows_scores_one_and_who_is_silent_nothing() {
     assert_eq!(renamed.responses, renamed.bins);
     assert_eq!(renamed.at_end.permutation_p, Some(0.01));
     assert_eq!(renamed.ci95_of_mean, Some([1.0, 1.0]));
-    let placed = judged(&recording, true, |stage, _, _, k| {
-        Some(Estimate::Place(stage.place[k]))
+    let placed = judged(&recording, true, |protocol, _, _, k| {
+        Some(Estimate::Place(protocol.place[k]))
     });
     assert_eq!(placed.mean_uncertainty_coefficient, 1.0);
     // ln .75 of what there is to know is missing, but for the 1 % of prior.
@@ -148,8 +148,8 @@ fn who_knows_scores_one_and_who_is_silent_nothing() {
 /// Known from step 20 (5 m) to step 40, and from step 60 (15 m) on.
 #[test]
 fn the_first_distance_and_that_from_which_on_are_told_apart() {
-    let record = judged(&rounds(4.0 * 34.0), false, |stage, _, step, k| {
-        ((20..40).contains(&step) || step >= 60).then_some(Estimate::Place(stage.place[k]))
+    let record = judged(&rounds(4.0 * 34.0), false, |protocol, _, step, k| {
+        ((20..40).contains(&step) || step >= 60).then_some(Estimate::Place(protocol.place[k]))
     });
     let close = |told: Option<f64>, m: f64| (told.unwrap() - m).abs() < 1e-9;
     assert!(close(record.distance_at_coefficient_m, 5.0));
@@ -166,8 +166,8 @@ fn the_first_distance_and_that_from_which_on_are_told_apart() {
 
 #[test]
 fn outside_is_an_answer_and_the_blind_stay_there() {
-    let strays = |stage: &Stage, _: &Binning, step: usize, k: usize| {
-        let [x, y] = stage.place[k];
+    let strays = |protocol: &Protocol, _: &Binning, step: usize, k: usize| {
+        let [x, y] = protocol.place[k];
         Some(Estimate::Place(if step == 4 {
             [x, y + 500.0]
         } else {
@@ -188,8 +188,8 @@ fn outside_is_an_answer_and_the_blind_stay_there() {
 #[test]
 fn trials_start_everywhere_alike_and_last_as_long_as_they_must() {
     let recording = rounds(4.7 * 34.0);
-    let stage = Stage::set(&recording, &StageConfig::default()).unwrap();
-    let (trials, notes) = trials(&stage, &StandardConfig::default()).unwrap();
+    let protocol = Protocol::new(&recording, &ProtocolConfig::default()).unwrap();
+    let (trials, notes) = trials(&protocol, &StandardConfig::default()).unwrap();
     assert!(notes.is_empty(), "{notes:?}");
     // Three laps of 34 m, a start every 1.25 m.
     assert!((81..=83).contains(&trials.len()), "{}", trials.len());
@@ -211,19 +211,19 @@ fn trials_start_everywhere_alike_and_last_as_long_as_they_must() {
 #[test]
 fn two_laps_have_trials_for_a_part_and_less_is_told() {
     let recording = rounds(2.0 * 34.0);
-    let stage = Stage::set(&recording, &StageConfig::default()).unwrap();
-    let (some, notes) = trials(&stage, &StandardConfig::default()).unwrap();
+    let protocol = Protocol::new(&recording, &ProtocolConfig::default()).unwrap();
+    let (some, notes) = trials(&protocol, &StandardConfig::default()).unwrap();
     assert!((11..=12).contains(&some.len()), "{}", some.len());
     assert!(notes[0].contains("41 %"), "{notes:?}");
     // Longer than the route, where the robot goes round it often enough: no matter.
     let recording = rounds(4.0 * 34.0);
-    let stage = Stage::set(&recording, &StageConfig::default()).unwrap();
+    let protocol = Protocol::new(&recording, &ProtocolConfig::default()).unwrap();
     let of = |trial_m: f64| {
         let config = StandardConfig {
             trial_m,
             ..StandardConfig::default()
         };
-        trials(&stage, &config)
+        trials(&protocol, &config)
     };
     assert!(
         of(60.0)
@@ -239,8 +239,8 @@ fn two_laps_have_trials_for_a_part_and_less_is_told() {
 #[test]
 fn stretches_that_are_too_short_are_left_out() {
     let recording = rounds(110.0);
-    let stage = |metres: f64| {
-        let config = StageConfig {
+    let protocol = |metres: f64| {
+        let config = ProtocolConfig {
             mapping: Mapping::Split,
             split: SplitConfig {
                 unit: Unit::Stretch(metres),
@@ -248,12 +248,12 @@ fn stretches_that_are_too_short_are_left_out() {
                 test_fold: Some(0),
                 validation_every: 0,
             },
-            ..StageConfig::default()
+            ..ProtocolConfig::default()
         };
-        Stage::set(&recording, &config).unwrap()
+        Protocol::new(&recording, &config).unwrap()
     };
     // Tested on: 0 to 30 m, 60 to 90 m.
-    let stretches = stage(30.0);
+    let stretches = protocol(30.0);
     let (played, _) = trials(&stretches, &StandardConfig::default()).unwrap();
     let units: Vec<usize> = played.iter().map(|trial| trial.unit).collect();
     assert!(units.contains(&0) && units.contains(&2) && units.iter().all(|u| u % 2 == 0));
@@ -261,7 +261,7 @@ fn stretches_that_are_too_short_are_left_out() {
         let unit = |k: &usize| stretches.unit[*k] == trial.unit;
         assert!(trial.snapshots.iter().all(unit));
     }
-    let error = trials(&stage(12.0), &StandardConfig::default()).unwrap_err();
+    let error = trials(&protocol(12.0), &StandardConfig::default()).unwrap_err();
     assert!(
         error
             .to_string()
@@ -275,8 +275,8 @@ fn threads_change_nothing_and_neither_does_a_file() {
     let recording = rounds(4.0 * 34.0);
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let half = |stage: &Stage, _: &Binning, step: usize, k: usize| {
-            (k % 3 < step % 5).then_some(Estimate::Place(stage.place[k]))
+        let half = |protocol: &Protocol, _: &Binning, step: usize, k: usize| {
+            (k % 3 < step % 5).then_some(Estimate::Place(protocol.place[k]))
         };
         pool.build()
             .unwrap()
@@ -313,7 +313,7 @@ fn constants_and_bins_that_make_no_sense_are_named() {
     }
     assert!(toml::from_str::<StandardConfig>("bins_m = 2.0").is_err());
     let recording = rounds(2.0 * 34.0);
-    let stage = Stage::set(&recording, &StageConfig::default()).unwrap();
-    let error = stage.binning(40.0).unwrap_err().to_string();
+    let protocol = Protocol::new(&recording, &ProtocolConfig::default()).unwrap();
+    let error = protocol.binning(40.0).unwrap_err().to_string();
     assert!(error.contains("one bin of 40 m"), "{error}");
 }

@@ -66,10 +66,10 @@ pub(super) fn gradient<T: Real>(
     g: [&[T]; LANES],
     highs: &[T],
     slope: &[Lanes<T>],
-    room: &mut [T],
+    workspace: &mut [T],
     out: &mut [T],
 ) {
-    let (n, tiles) = (g[0].len(), room.len());
+    let (n, tiles) = (g[0].len(), workspace.len());
     let places = out.len() / n;
     // Outcome by outcome, with the places in the lanes. Summed over the high features, sixteen are left.
     let mut open = [Lanes::<T>::default(); LANES];
@@ -117,8 +117,8 @@ pub(super) fn gradient<T: Real>(
     if n > LOW {
         for (place, out) in out.chunks_exact_mut(n).enumerate() {
             let g = g[place];
-            Factors::new(g).sum_out_low(&slope[place * tiles..(place + 1) * tiles], room);
-            high_gradient(&g[LOW..], room, &mut out[LOW..]);
+            Factors::new(g).sum_out_low(&slope[place * tiles..(place + 1) * tiles], workspace);
+            high_gradient(&g[LOW..], workspace, &mut out[LOW..]);
         }
     }
 }

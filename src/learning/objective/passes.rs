@@ -64,7 +64,7 @@ impl<T: Real> Kernel for Outcomes<'_, T> {
 
 /// What a chunk needs besides input and output.
 #[derive(Debug)]
-pub(super) struct Room<T> {
+pub(super) struct ChunkWorkspace<T> {
     answers: Answers,
     /// ∂E/∂P or ∂E/∂M, `[place, tile]`.
     slope: Vec<Lanes<T>>,
@@ -74,7 +74,7 @@ pub(super) struct Room<T> {
     open: Vec<T>,
 }
 
-impl<T: Real> Room<T> {
+impl<T: Real> ChunkWorkspace<T> {
     pub(super) fn new(tiles: usize) -> Self {
         Self {
             answers: Answers::new(),
@@ -132,7 +132,7 @@ impl<T: Real> Room<T> {
 }
 
 /// The second pass: from M, a chunk of truths' ē, E and ∂E/∂g, and U for the way back.
-pub(super) struct LookAtTruths<'a, T> {
+pub(super) struct ExpectedErrorPass<'a, T> {
     pub prior: &'a PriorOperator,
     pub activations: Activations<'a, T>,
     pub weight: &'a [f64],
@@ -140,16 +140,16 @@ pub(super) struct LookAtTruths<'a, T> {
     /// M.
     pub rows: &'a Rows<'a, T>,
     pub scratch: &'a Scratch<T>,
-    pub room: &'a mut Room<T>,
+    pub workspace: &'a mut ChunkWorkspace<T>,
     /// U, `[truth, tile]`.
-    pub by_error: &'a mut [Lanes<T>],
+    pub weighted: &'a mut [Lanes<T>],
     /// U∘ē, `[truth, tile]`.
-    pub plain: &'a mut [Lanes<f64>],
+    pub unweighted: &'a mut [Lanes<f64>],
     /// `[truth, feature]`.
     pub gradient: &'a mut [T],
 }
 
-impl<T: Real> Kernel for LookAtTruths<'_, T> {
+impl<T: Real> Kernel for ExpectedErrorPass<'_, T> {
     /// The chunk's part of E, in metres.
     type Output = f64;
 
@@ -158,16 +158,16 @@ impl<T: Real> Kernel for LookAtTruths<'_, T> {
         let Self {
             activations,
             first,
-            room,
+            workspace,
             ..
         } = self;
         let (tiles, count) = (self.rows.tiles, self.gradient.len() / activations.features);
         let prior_errors_m = self.prior.prior_errors_m();
         let (mut given_m, mut error_m) = (0.0, Lanes::<f64>::default());
-        room.fill_highs(&activations, first, tiles, count);
+        workspace.fill_highs(&activations, first, tiles, count);
         for tile in 0..tiles {
             let truths = first..first + count;
-            let answers = &mut room.answers;
+            let answers = &mut workspace.answers;
             self.prior.answer(
                 Asking::Truths,
                 truths,
@@ -185,8 +185,8 @@ impl<T: Real> Kernel for LookAtTruths<'_, T> {
                 let places = self.prior.window_size(truth).max(1);
                 let least = SMALLEST_PROBABILITY * places as f64;
                 let row = i * tiles + tile;
-                let p = Factors::new(activations.of(first + i)).outcomes(room.highs[row]);
-                let (n, d) = (answers.by_error[i], answers.plain[i]);
+                let p = Factors::new(activations.of(first + i)).outcomes(workspace.highs[row]);
+                let (n, d) = (answers.weighted[i], answers.unweighted[i]);
                 let (mut slope, mut u, mut expected_m) = (n, n, n);
                 for l in 0..LANES {
                     let inverse = 1.0 / at_least(d[l], least);
@@ -203,30 +203,30 @@ impl<T: Real> Kernel for LookAtTruths<'_, T> {
                 for l in 0..LANES {
                     v[l] = u[l].wide() * expected_m[l];
                 }
-                room.slope[row] = slope;
-                self.by_error[row] = u;
-                self.plain[row] = v;
+                workspace.slope[row] = slope;
+                self.weighted[row] = u;
+                self.unweighted[row] = v;
             }
         }
-        room.fill_gradient(&activations, first, tiles, self.gradient);
+        workspace.fill_gradient(&activations, first, tiles, self.gradient);
         given_m + total(&error_m)
     }
 }
 
 /// The third pass: from U and U∘ē, ∂E/∂M and ∂E/∂g of a chunk of the map's places.
-pub(super) struct LookBack<'a, T> {
+pub(super) struct MapGradientPass<'a, T> {
     pub prior: &'a PriorOperator,
     pub activations: Activations<'a, T>,
     pub first: usize,
     /// U and U∘ē.
     pub rows: &'a Rows<'a, T>,
     pub scratch: &'a Scratch<T>,
-    pub room: &'a mut Room<T>,
+    pub workspace: &'a mut ChunkWorkspace<T>,
     /// `[candidate, feature]`.
     pub gradient: &'a mut [T],
 }
 
-impl<T: Real> Kernel for LookBack<'_, T> {
+impl<T: Real> Kernel for MapGradientPass<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -234,25 +234,25 @@ impl<T: Real> Kernel for LookBack<'_, T> {
         let Self {
             activations,
             first,
-            room,
+            workspace,
             ..
         } = self;
         let (tiles, count) = (self.rows.tiles, self.gradient.len() / activations.features);
-        room.fill_highs(&activations, first, tiles, count);
+        workspace.fill_highs(&activations, first, tiles, count);
         for tile in 0..tiles {
             let places = first..first + count;
-            let answers = &mut room.answers;
+            let answers = &mut workspace.answers;
             let asking = Asking::Candidates;
             self.prior
                 .answer(asking, places, tile, self.rows, self.scratch, answers);
             for i in 0..count {
-                let (mut slope, plain) = (answers.by_error[i], answers.plain[i]);
+                let (mut slope, unweighted) = (answers.weighted[i], answers.unweighted[i]);
                 for l in 0..LANES {
-                    slope[l] -= plain[l];
+                    slope[l] -= unweighted[l];
                 }
-                room.slope[i * tiles + tile] = T::row_of(&slope);
+                workspace.slope[i * tiles + tile] = T::row_of(&slope);
             }
         }
-        room.fill_gradient(&activations, first, tiles, self.gradient);
+        workspace.fill_gradient(&activations, first, tiles, self.gradient);
     }
 }

@@ -185,7 +185,7 @@ pub(super) fn answer<T: Real, const Q: usize>(
     rows: &Rows<T>,
     blocks: &BlockSums<Q>,
     cuts: &mut Cuts<Q>,
-    (by_error, plain): (&mut [Lanes<f64>], &mut [Lanes<f64>]),
+    (weighted, unweighted): (&mut [Lanes<f64>], &mut [Lanes<f64>]),
 ) {
     let x_m = &asked.x_m[..];
     for cut in &mut *cuts {
@@ -193,7 +193,7 @@ pub(super) fn answer<T: Real, const Q: usize>(
     }
     let [first, here, end] = cuts;
     let (mut whole_behind, mut whole_ahead) = ([NOTHING; Q], [NOTHING; Q]);
-    for (place, (by_error, plain)) in places.zip(by_error.iter_mut().zip(plain)) {
+    for (place, (weighted, unweighted)) in places.zip(weighted.iter_mut().zip(unweighted)) {
         let (x, window) = (asking.x_m[place], asking.window[place]);
         let first_moved = first.move_to::<T, false, true>(window.first, rows, tile, x_m);
         let here_moved = here.move_to::<T, true, true>(window.here, rows, tile, x_m);
@@ -223,8 +223,8 @@ pub(super) fn answer<T: Real, const Q: usize>(
         for l in 0..LANES {
             let behind = |q: usize| behind[0][q][l] + behind[1][q][l] + behind[2][q][l];
             let ahead = |q: usize| ahead[0][q][l] + ahead[1][q][l] + ahead[2][q][l];
-            by_error[l] = x * (behind(0) - ahead(0)) - (behind(1) - ahead(1));
-            plain[l] = behind(plainly) + ahead(plainly);
+            weighted[l] = x * (behind(0) - ahead(0)) - (behind(1) - ahead(1));
+            unweighted[l] = behind(plainly) + ahead(plainly);
         }
     }
 }
@@ -262,14 +262,14 @@ fn add_row<T: Real, const Q: usize>(
     x: f64,
 ) {
     let row = place * rows.tiles + tile;
-    let a = &rows.by_error[row];
+    let a = &rows.weighted[row];
     for l in 0..LANES {
         let a = a[l].wide();
         sums[0][l] += a;
         sums[1][l] += x * a;
     }
-    if let (3, Some(plain)) = (Q, rows.plain) {
-        let b = &plain[row];
+    if let (3, Some(unweighted)) = (Q, rows.unweighted) {
+        let b = &unweighted[row];
         for l in 0..LANES {
             sums[2][l] += b[l];
         }

@@ -1,6 +1,9 @@
 //! In the plane without any idea where, by cells (Thrun 1998, 4.4.2 item 2): linear in the number of places.
 
-use super::{Answers, Asking, CHUNK, Rows, Scratch, everywhere, everywhere::Everywhere};
+use super::{
+    Answers, Asking, CHUNK, Rows, Scratch,
+    all_pairs::{self, AllPairs},
+};
 use crate::{
     geometry::Pose,
     learning::lanes::{Kernel, LANES, Lanes, Real, Vectors},
@@ -14,7 +17,7 @@ use std::{collections::BTreeMap, ops::Range};
 pub struct Cells {
     truths: Side,
     candidates: Side,
-    between: Everywhere,
+    between: AllPairs,
 }
 
 /// The places of one side.
@@ -33,7 +36,7 @@ impl Cells {
         Self {
             truths,
             candidates,
-            between: Everywhere::between(truth_middles, candidate_middles),
+            between: AllPairs::between(truth_middles, candidate_middles),
         }
     }
 
@@ -57,7 +60,7 @@ impl Cells {
         scratch: &mut Scratch<T>,
         vectors: Vectors,
     ) {
-        everywhere::add_up(rows, &mut scratch.total, vectors);
+        all_pairs::add_up(rows, &mut scratch.total, vectors);
         let (from, to) = self.sides(asking);
         let tiles = rows.tiles;
         scratch
@@ -75,8 +78,8 @@ impl Cells {
         });
         let rows = Rows {
             tiles,
-            by_error: &scratch.cell_rows,
-            plain: None,
+            weighted: &scratch.cell_rows,
+            unweighted: None,
         };
         scratch
             .cell_sums
@@ -104,10 +107,10 @@ impl Cells {
         answers: &mut Answers,
     ) {
         let cells = &self.sides(asking).0.cell[places];
-        for (&cell, out) in cells.iter().zip(&mut answers.by_error) {
+        for (&cell, out) in cells.iter().zip(&mut answers.weighted) {
             *out = scratch.cell_sums[cell as usize * tiles + tile];
         }
-        answers.plain[..cells.len()].fill(scratch.total[tile]);
+        answers.unweighted[..cells.len()].fill(scratch.total[tile]);
     }
 }
 
@@ -163,7 +166,7 @@ impl<T: Real> Kernel for AddUp<'_, T> {
             let (cell, tile) = (self.first + node / tiles, node % tiles);
             let mut sums = Lanes::<f64>::default();
             for &place in self.to.members(cell) {
-                let row = &self.rows.by_error[place as usize * tiles + tile];
+                let row = &self.rows.weighted[place as usize * tiles + tile];
                 for l in 0..LANES {
                     sums[l] += row[l].wide();
                 }

@@ -9,15 +9,15 @@ impl PriorOperator {
     /// The mean of e over the candidates that every truth's prior admits.
     pub(super) fn mean_errors(&self) -> Array1<f64> {
         let ones = vec![Lanes::all(1.0); self.candidates];
-        let rows_of = |by_error| Rows {
+        let rows_of = |weighted| Rows {
             tiles: 1,
-            by_error,
-            plain: None,
+            weighted,
+            unweighted: None,
         };
         let (mut scratch, vectors) = (Scratch::default(), Vectors::Best);
         let to_take_in = self.take_in_map(1, &mut scratch).into_par_iter();
         let chunks = to_take_in.zip(ones.par_chunks(CHUNK));
-        chunks.for_each(|(mut take_in, ones)| take_in.chunk(&rows_of(ones), vectors));
+        chunks.for_each(|(mut accumulate, ones)| accumulate.chunk(&rows_of(ones), vectors));
         let rows = rows_of(&ones[..]);
         self.prepare(Asking::Truths, &rows, &mut scratch, vectors);
         let mut in_order = vec![0.0; self.truths];
@@ -61,8 +61,8 @@ impl Kernel for MeanErrors<'_> {
         self.prior
             .answer(asking, places, 0, self.rows, self.scratch, &mut answers);
         for (place, out) in self.out.iter_mut().enumerate() {
-            let (error, plain) = (answers.by_error[place][0], answers.plain[place][0]);
-            *out = error.max(0.0) / plain.max(1.0);
+            let (error, unweighted) = (answers.weighted[place][0], answers.unweighted[place][0]);
+            *out = error.max(0.0) / unweighted.max(1.0);
         }
     }
 }

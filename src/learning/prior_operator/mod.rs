@@ -2,7 +2,7 @@
 //!
 //! Row ξ* of Bel is the prior belief of a robot that is truly at ξ*: uniform over the candidates that the prior
 //! admits. Row ξ* of A is the same times e(ξ*, ξ). As every belief is uniform, all that the objective needs are sums
-//! over the admitted places, weighed by e and plain, from truths over candidates and back; and the shape of the prior
+//! over the admitted places, weighed by e and unweighted, from truths over candidates and back; and the shape of the prior
 //! says how to get them cheaply:
 //!
 //! | prior | sums | cost |
@@ -14,13 +14,13 @@
 //!
 //! with T truths, C candidates, F = 2^n outcomes. All orders of summation are fixed, whatever the number of threads.
 
+mod accumulate;
+mod all_pairs;
 mod block_sums;
 mod cells;
-mod everywhere;
 mod mean_errors;
 mod route_windows;
 mod sparse_rows;
-mod take_in;
 
 use super::lanes::{Lanes, Real, Vectors};
 use crate::{
@@ -30,12 +30,12 @@ use crate::{
 use ndarray::Array1;
 use std::ops::Range;
 
+use accumulate::{TakeIn, to_take_in};
+use all_pairs::AllPairs;
 use block_sums::{BlockSums, Cut, Cuts};
 use cells::Cells;
-use everywhere::Everywhere;
 use route_windows::RouteWindows;
 use sparse_rows::SparseRows;
-use take_in::{TakeIn, to_take_in};
 
 /// More places than this in the plane, and a global prior takes them by cells.
 pub const MOST_EXACT_PLACES: usize = 5000;
@@ -59,7 +59,7 @@ enum Shape {
     /// In the plane, within a window, or with an error of one's own.
     Sparse(SparseRows),
     /// In the plane, anywhere.
-    Everywhere(Everywhere),
+    AllPairs(AllPairs),
     /// In the plane, anywhere, by cells.
     Cells(Cells),
 }
@@ -76,9 +76,9 @@ pub(super) struct Rows<'a, T> {
     /// Tiles of sixteen outcomes a place has.
     pub tiles: usize,
     /// Summed with weight e.
-    pub by_error: &'a [Lanes<T>],
+    pub weighted: &'a [Lanes<T>],
     /// Summed plainly; `None`: the same rows.
-    pub plain: Option<&'a [Lanes<f64>]>,
+    pub unweighted: Option<&'a [Lanes<f64>]>,
 }
 
 /// What is known of the rows before any place asks; kept between evaluations.
@@ -97,8 +97,8 @@ pub(super) const CHUNK: usize = 64;
 /// Σ e·rows and Σ rows over the admitted places, of [`CHUNK`] places that ask, for one tile.
 #[derive(Debug)]
 pub(super) struct Answers {
-    pub by_error: [Lanes<f64>; CHUNK],
-    pub plain: [Lanes<f64>; CHUNK],
+    pub weighted: [Lanes<f64>; CHUNK],
+    pub unweighted: [Lanes<f64>; CHUNK],
     cuts_of_one: Cuts<2>,
     cuts_of_two: Cuts<3>,
 }
@@ -107,8 +107,8 @@ impl Answers {
     #[inline(always)]
     pub(super) fn new() -> Self {
         Self {
-            by_error: [Lanes::default(); CHUNK],
-            plain: [Lanes::default(); CHUNK],
+            weighted: [Lanes::default(); CHUNK],
+            unweighted: [Lanes::default(); CHUNK],
             cuts_of_one: std::array::from_fn(|_| Cut::new()),
             cuts_of_two: std::array::from_fn(|_| Cut::new()),
         }
@@ -137,7 +137,7 @@ impl PriorOperator {
                 if t.len().max(c.len()) > MOST_EXACT_PLACES {
                     Self::of(Shape::Cells(Cells::new(t, c, CELL_SIDE_M)))
                 } else {
-                    Self::of(Shape::Everywhere(Everywhere::new(t, c)))
+                    Self::of(Shape::AllPairs(AllPairs::new(t, c)))
                 }
             }
             _ => Self::of(Shape::Sparse(SparseRows::within(
@@ -155,9 +155,7 @@ impl PriorOperator {
     /// Where the places lie along a route: there [`new`](Self::new) is exact and cheap.
     pub fn everywhere(truths: &Places, candidates: &Places) -> Result<Self> {
         let (truths, candidates) = in_the_plane(truths, candidates)?;
-        Ok(Self::of(Shape::Everywhere(Everywhere::new(
-            truths, candidates,
-        ))))
+        Ok(Self::of(Shape::AllPairs(AllPairs::new(truths, candidates))))
     }
 
     /// A global prior in the plane by square cells of `side_m` metres (Thrun 1998, 4.4.2 item 2): e(ξ*, ξ) is taken
@@ -216,13 +214,13 @@ impl PriorOperator {
         let (truths, candidates) = match &shape {
             Shape::Route(s) => s.counts(),
             Shape::Sparse(s) => s.counts(),
-            Shape::Everywhere(s) => s.counts(),
+            Shape::AllPairs(s) => s.counts(),
             Shape::Cells(s) => s.counts(),
         };
         let window_sizes = match &shape {
             Shape::Route(s) => s.window_sizes(),
             Shape::Sparse(s) => s.window_sizes(),
-            Shape::Everywhere(_) | Shape::Cells(_) => vec![candidates; truths],
+            Shape::AllPairs(_) | Shape::Cells(_) => vec![candidates; truths],
         };
         let mut operator = Self {
             shape,
@@ -318,11 +316,11 @@ impl PriorOperator {
         scratch: &mut Scratch<T>,
         vectors: Vectors,
     ) {
-        match (&self.shape, rows.plain) {
+        match (&self.shape, rows.unweighted) {
             (Shape::Route(_), None) => scratch.one.close(rows.tiles),
             (Shape::Route(_), Some(_)) => scratch.two.close(rows.tiles),
             (Shape::Sparse(_), _) => {}
-            (Shape::Everywhere(_), _) => everywhere::add_up(rows, &mut scratch.total, vectors),
+            (Shape::AllPairs(_), _) => all_pairs::add_up(rows, &mut scratch.total, vectors),
             (Shape::Cells(s), _) => s.prepare(asking, rows, scratch, vectors),
         }
     }
@@ -351,10 +349,10 @@ impl PriorOperator {
                 );
             }
             Shape::Sparse(s) => s.answer(asking, places, tile, rows, answers),
-            Shape::Everywhere(s) => {
-                let by_error = &mut answers.by_error[..places.len()];
-                s.answer(asking, places.clone(), tile, rows, by_error);
-                answers.plain[..places.len()].fill(scratch.total[tile]);
+            Shape::AllPairs(s) => {
+                let weighted = &mut answers.weighted[..places.len()];
+                s.answer(asking, places.clone(), tile, rows, weighted);
+                answers.unweighted[..places.len()].fill(scratch.total[tile]);
             }
             Shape::Cells(s) => s.answer(asking, places, tile, rows.tiles, scratch, answers),
         }

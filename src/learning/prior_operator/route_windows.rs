@@ -98,13 +98,13 @@ impl RouteWindows {
     ) {
         let sides = self.sides(asking);
         let Answers {
-            by_error,
-            plain,
+            weighted,
+            unweighted,
             cuts_of_one,
             cuts_of_two,
         } = answers;
-        let out = (&mut by_error[..], &mut plain[..]);
-        match rows.plain {
+        let out = (&mut weighted[..], &mut unweighted[..]);
+        match rows.unweighted {
             None => answer(sides, places, tile, rows, one, cuts_of_one, out),
             Some(_) => answer(sides, places, tile, rows, two, cuts_of_two, out),
         }

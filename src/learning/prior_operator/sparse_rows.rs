@@ -80,29 +80,29 @@ impl SparseRows {
             (Asking::Candidates, Some(lists)) => lists,
             _ => &self.of_truths,
         };
-        for (place, (by_error, plain)) in
-            places.zip(answers.by_error.iter_mut().zip(&mut answers.plain))
+        for (place, (weighted, unweighted)) in
+            places.zip(answers.weighted.iter_mut().zip(&mut answers.unweighted))
         {
             let pairs = lists.start[place]..lists.start[place + 1];
             let (index, error_m) = (&lists.index[pairs.clone()], &lists.error_m[pairs]);
             let (mut weighed, mut summed) = (Lanes::<f64>::default(), Lanes::<f64>::default());
             for (&index, &error_m) in index.iter().zip(error_m) {
-                let a = &rows.by_error[index as usize * rows.tiles + tile];
+                let a = &rows.weighted[index as usize * rows.tiles + tile];
                 for l in 0..LANES {
                     weighed[l] += error_m * a[l].wide();
                     summed[l] += a[l].wide();
                 }
             }
-            if let Some(plain_rows) = rows.plain {
+            if let Some(unweighted_rows) = rows.unweighted {
                 summed = Lanes::default();
                 for &index in index {
-                    let b = &plain_rows[index as usize * rows.tiles + tile];
+                    let b = &unweighted_rows[index as usize * rows.tiles + tile];
                     for l in 0..LANES {
                         summed[l] += b[l];
                     }
                 }
             }
-            (*by_error, *plain) = (weighed, summed);
+            (*weighted, *unweighted) = (weighed, summed);
         }
     }
 }

@@ -87,7 +87,7 @@ fn the_objective_by_cells_is_near_the_exact_one_and_meets_it() {
 fn many_places_in_the_plane_are_taken_by_cells() {
     let (few, many) = (hall("few", 10), hall("many", MOST_EXACT_PLACES + 1));
     let shape = |c| PriorOperator::new(Uncertainty::Global, &few, c).shape;
-    assert!(matches!(shape(&few), Shape::Everywhere(_)));
+    assert!(matches!(shape(&few), Shape::AllPairs(_)));
     assert!(matches!(shape(&many), Shape::Cells(_)));
 }
 

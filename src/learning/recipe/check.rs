@@ -74,17 +74,17 @@ impl Recipe {
                 "1 with the exact objective, which knows one prior for all truths",
             );
         }
-        if d.queries == 0
-            && (d.places > 0
+        if d.truths_per_step == 0
+            && (d.candidates_per_step > 0
                 || d.leave_run_out
                 || a.shift_m > 0.0
                 || a.turn_rad > 0.0
                 || a.dropped_beams > 0.0)
         {
             return wrong(
-                "descent.queries",
-                &d.queries,
-                "at least 1 where truths are moved or blinded or candidates drawn (descent.places, descent.leave_run_out, \
+                "descent.truths_per_step",
+                &d.truths_per_step,
+                "at least 1 where truths are moved or blinded or candidates drawn (descent.candidates_per_step, descent.leave_run_out, \
                  augmentation.shift_m, .turn_rad, .dropped_beams)",
             );
         }
@@ -129,7 +129,7 @@ impl Recipe {
             let forbidden = [
                 ("descent.weight_decay", d.weight_decay),
                 ("descent.gradient_limit", d.gradient_limit),
-                ("descent.queries", d.queries as f64),
+                ("descent.truths_per_step", d.truths_per_step as f64),
                 ("augmentation.input_noise", a.input_noise),
             ];
             if let Some((key, value)) = forbidden.into_iter().find(|(_, value)| *value != 0.0) {

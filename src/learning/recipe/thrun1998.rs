@@ -47,8 +47,8 @@ impl Recipe {
                 weight_decay: 0.0,
                 gradient_limit: 0.0,
                 steps: 10_000,
-                queries: 0,
-                places: 0,
+                truths_per_step: 0,
+                candidates_per_step: 0,
                 patience: 10_000,
                 map_in_objective: false,
                 ..DescentConfig::default()

@@ -5,10 +5,11 @@ use crate::{
     detector::{net::Nets, stacked},
     error::{Error, Result},
     learning::{
-        draw::Draw,
-        lesson::Lesson,
+        error_reduction::Errors,
+        mini_batch::MiniBatch,
+        problem::Workspace,
         recipe::{Recipe, Scale},
-        task::{Errors, Workspace},
+        training_set::TrainingSet,
     },
     seed::Seed,
 };
@@ -81,7 +82,7 @@ pub struct Batch {
     /// Step that it is drawn for.
     pub step: usize,
     /// Truths and candidates; none: all training snapshots.
-    draw: Option<Draw>,
+    mini_batch: Option<MiniBatch>,
     /// `[snapshot, input]`
     pub inputs: Tensor<2>,
     /// Outputs of the networks that learn no more, `[snapshot, feature]`.
@@ -101,9 +102,14 @@ pub enum Site {
 
 impl Site {
     /// The device for the objective of all training snapshots too, where every step evaluates that.
-    pub fn device(recipe: &Recipe, lesson: &Lesson, device: &Device) -> Self {
-        let whole = (recipe.descent.queries == 0)
-            .then(|| OnDevice::of(lesson.task(), recipe.descent.map_in_objective, device));
+    pub fn device(recipe: &Recipe, training_set: &TrainingSet, device: &Device) -> Self {
+        let whole = (recipe.descent.truths_per_step == 0).then(|| {
+            OnDevice::of(
+                training_set.problem(),
+                recipe.descent.map_in_objective,
+                device,
+            )
+        });
         Self::Device(whole.flatten().map(Arc::new))
     }
 }
@@ -124,35 +130,36 @@ impl Batch {
     /// The batch of step `step`: the same for the same seed and step. `frozen` are the networks that learn no more.
     ///
     /// # Errors
-    /// As [`Draw::new`].
+    /// As [`MiniBatch::new`].
     pub fn new(
         recipe: &Recipe,
-        lesson: &Lesson,
+        training_set: &TrainingSet,
         noise: &Noise,
         frozen: Option<&Nets>,
         step: usize,
         site: &Site,
         device: &Device,
     ) -> Result<Self> {
-        let draw = match recipe.descent.queries {
+        let mini_batch = match recipe.descent.truths_per_step {
             0 => None,
-            _ => Some(Draw::new(recipe, lesson, step)?),
+            _ => Some(MiniBatch::new(recipe, training_set, step)?),
         };
-        let inputs = match &draw {
-            Some(draw) => &draw.inputs,
-            None => &lesson.inputs,
+        let inputs = match &mini_batch {
+            Some(mini_batch) => &mini_batch.inputs,
+            None => &training_set.inputs,
         };
         let inputs = noise.onto(recipe, step, inputs, device);
-        let on_device = match (site, &draw) {
+        let on_device = match (site, &mini_batch) {
             (Site::Cpu, _) => None,
             (Site::Device(whole), None) => whole.clone(),
-            (Site::Device(_), Some(draw)) => {
-                OnDevice::of(&draw.task, recipe.descent.map_in_objective, device).map(Arc::new)
+            (Site::Device(_), Some(mini_batch)) => {
+                OnDevice::of(&mini_batch.problem, recipe.descent.map_in_objective, device)
+                    .map(Arc::new)
             }
         };
         Ok(Self {
             step,
-            draw,
+            mini_batch,
             frozen: frozen.map(|nets| nets.forward(inputs.clone())),
             inputs,
             on_device,
@@ -166,7 +173,7 @@ impl Batch {
     pub fn evaluate(
         &self,
         recipe: &Recipe,
-        lesson: &Lesson,
+        training_set: &TrainingSet,
         workspace: &mut Workspace,
         output: Tensor<2>,
     ) -> Result<Evaluated> {
@@ -175,13 +182,14 @@ impl Batch {
             None => output,
             Some(frozen) => Tensor::cat(vec![frozen.clone(), output], 1),
         };
-        let (learned, truths) = (activation.dims()[1] - learners, self.truths(lesson));
+        let (learned, truths) = (activation.dims()[1] - learners, self.truths(training_set));
         let (errors, gradient, is_finite) = match &self.on_device {
             Some(objective) => self.dense(objective, activation)?,
             None => {
                 let device = activation.device();
                 let activation = array(activation)?;
-                let (errors, gradient) = self.structured(recipe, lesson, workspace, activation)?;
+                let (errors, gradient) =
+                    self.structured(recipe, training_set, workspace, activation)?;
                 let is_finite = gradient.iter().all(|g| g.is_finite());
                 (errors, tensor(gradient.view(), &device), is_finite)
             }
@@ -200,10 +208,10 @@ impl Batch {
         })
     }
 
-    fn truths(&self, lesson: &Lesson) -> usize {
-        match &self.draw {
-            None => lesson.truths(),
-            Some(draw) => draw.truths,
+    fn truths(&self, training_set: &TrainingSet) -> usize {
+        match &self.mini_batch {
+            None => training_set.truths(),
+            Some(mini_batch) => mini_batch.truths,
         }
     }
 
@@ -211,19 +219,22 @@ impl Batch {
     fn structured(
         &self,
         recipe: &Recipe,
-        lesson: &Lesson,
+        training_set: &TrainingSet,
         workspace: &mut Workspace,
         activation: Array2<f32>,
     ) -> Result<(Errors, Array2<f32>)> {
         let with_map = recipe.descent.map_in_objective;
-        match &self.draw {
+        match &self.mini_batch {
             None => {
-                let (e, gradient) = lesson.objective(workspace, activation.view(), with_map)?;
+                let (e, gradient) =
+                    training_set.objective(workspace, activation.view(), with_map)?;
                 Ok((e, gradient.to_owned()))
             }
-            Some(draw) => {
-                let (truth, candidates) = activation.view().split_at(Axis(0), draw.truths);
-                let e = draw.task.evaluate(workspace, truth, candidates, with_map)?;
+            Some(mini_batch) => {
+                let (truth, candidates) = activation.view().split_at(Axis(0), mini_batch.truths);
+                let e = mini_batch
+                    .problem
+                    .evaluate(workspace, truth, candidates, with_map)?;
                 let sides = [e.truth_gradient, e.candidate_gradient];
                 Ok((e.errors, joined(Axis(0), &sides)?))
             }
@@ -236,16 +247,16 @@ impl Batch {
         objective: &OnDevice,
         activation: Tensor<2>,
     ) -> Result<(Errors, Tensor<2>, bool)> {
-        let (errors, gradient) = match &self.draw {
+        let (errors, gradient) = match &self.mini_batch {
             None => {
                 let e = objective.evaluate(activation.clone(), activation)?;
                 (e.errors, e.truth_gradient + e.candidate_gradient)
             }
-            Some(draw) => {
-                let candidates = activation.dims()[0] - draw.truths;
+            Some(mini_batch) => {
+                let candidates = activation.dims()[0] - mini_batch.truths;
                 let e = objective.evaluate(
-                    activation.clone().narrow(0, 0, draw.truths),
-                    activation.narrow(0, draw.truths, candidates),
+                    activation.clone().narrow(0, 0, mini_batch.truths),
+                    activation.narrow(0, mini_batch.truths, candidates),
                 )?;
                 let sides = vec![e.truth_gradient, e.candidate_gradient];
                 (e.errors, Tensor::cat(sides, 0))

@@ -9,7 +9,7 @@ use super::tensor;
 use crate::{
     detector::net::values,
     error::Result,
-    learning::task::{Errors, Task},
+    learning::{error_reduction::Errors, problem::Problem},
 };
 use burn::tensor::{Bool, Device, IndexingUpdateOp, Int, Tensor, TensorData};
 use ndarray::Axis;
@@ -26,7 +26,7 @@ const RAREST_OUTCOME: f32 = 1e-12;
 /// Far below any log-likelihood.
 const NEVER: f32 = -1e30;
 
-/// A task whose pairs lie on the device.
+/// A problem whose pairs lie on the device.
 pub struct OnDevice {
     exact: bool,
     /// e(ξ*, ξ), 0 where it is not admitted: `[truth, candidate]`.
@@ -60,17 +60,22 @@ pub struct OnDeviceAnswer {
 }
 
 impl OnDevice {
-    /// Puts a task on the device, where it has few enough pairs.
-    pub fn of(task: &Task, with_map: bool, device: &Device) -> Option<Self> {
-        let pairs = task.pairs(MOST_PAIRS)?;
+    /// Puts a problem on the device, where it has few enough pairs.
+    pub fn of(problem: &Problem, with_map: bool, device: &Device) -> Option<Self> {
+        let pairs = problem.pairs(MOST_PAIRS)?;
         let admitted = pairs.errors_m.mapv(|e| f32::from(u8::from(e.is_finite())));
         let error_m = pairs.errors_m.mapv(|e| if e.is_finite() { e } else { 0.0 });
         let places = admitted.sum_axis(Axis(1)).mapv(|n| n.max(1.0));
         let weight = pairs.weight.mapv(|w| w as f32).insert_axis(Axis(1));
         let admitted = tensor(admitted.view(), device);
         let map = with_map.then(|| {
-            let (share, floor) = task.smoothing().share_and_floor();
-            let near: Vec<i32> = task.smoothing().near().iter().map(|&k| k as i32).collect();
+            let (share, floor) = problem.smoothing().share_and_floor();
+            let near: Vec<i32> = problem
+                .smoothing()
+                .near()
+                .iter()
+                .map(|&k| k as i32)
+                .collect();
             let shape = [near.len()];
             Map {
                 near: Tensor::from_data(TensorData::new(near, shape), device),
@@ -142,14 +147,14 @@ impl OnDevice {
 
     /// The same of the exact objective: N = A·M, D = Bel·M over all 2^n outcomes.
     fn exact(&self, truth: Tensor<2>, map: Tensor<2>) -> (Tensor<2>, Tensor<2>, Tensor<2>) {
-        let by_error = self.error_m.clone(); // 0 where not admitted
+        let weighted = self.error_m.clone(); // 0 where not admitted
         let (p, m) = (outcomes(&truth), outcomes(&map)); // [snapshot, outcome]
         let least = self.places.clone() * RAREST_OUTCOME;
         let seen = self.admitted.clone().matmul(m.clone()).max_pair(least);
-        let expected_m = by_error.clone().matmul(m) / seen.clone(); // ē, [truth, outcome]
+        let expected_m = weighted.clone().matmul(m) / seen.clone(); // ē, [truth, outcome]
         let posterior_m = (p.clone() * expected_m.clone()).sum_dim(1);
         let u = p * self.weight.clone() / seen;
-        let behind_map = by_error.transpose().matmul(u.clone())
+        let behind_map = weighted.transpose().matmul(u.clone())
             - self
                 .admitted
                 .clone()

@@ -4,19 +4,19 @@ use super::{Progress, Trained, train_once};
 use crate::{
     detector::device::{self, Device},
     error::{Error, Result},
-    learning::{lesson::Lesson, recipe::Recipe},
+    learning::{recipe::Recipe, training_set::TrainingSet},
     seed::Seed,
 };
 use rand::RngExt;
 use std::path::{Path, PathBuf};
 
-/// Trains a recipe on a lesson, on the CPU: see [`train_on`].
+/// Trains a recipe on a training_set, on the CPU: see [`train_on`].
 ///
 /// # Errors
 /// As [`train_on`].
 pub fn train(
     recipe: &Recipe,
-    lesson: &Lesson,
+    training_set: &TrainingSet,
     checkpoint: Option<&Path>,
     resume: bool,
     identity: &str,
@@ -24,11 +24,17 @@ pub fn train(
 ) -> Result<Trained> {
     let device = device::cpu();
     train_on(
-        &device, recipe, lesson, checkpoint, resume, identity, progress,
+        &device,
+        recipe,
+        training_set,
+        checkpoint,
+        resume,
+        identity,
+        progress,
     )
 }
 
-/// Trains a recipe on a lesson, with the networks on a device: as often as `restarts` asks, each time from other random
+/// Trains a recipe on a training_set, with the networks on a device: as often as `restarts` asks, each time from other random
 /// weights. The training of the least validation error is kept; of the least training error where nothing can be
 /// validated.
 ///
@@ -41,7 +47,7 @@ pub fn train(
 pub fn train_on(
     device: &Device,
     recipe: &Recipe,
-    lesson: &Lesson,
+    training_set: &TrainingSet,
     checkpoint: Option<&Path>,
     resume: bool,
     identity: &str,
@@ -70,7 +76,7 @@ pub fn train_on(
         let trained = train_once(
             device,
             &recipe,
-            lesson,
+            training_set,
             checkpoint,
             resume,
             identity,

@@ -14,7 +14,7 @@ use crate::{
 use ndarray::Array2;
 use rand::RngExt;
 
-mod fast;
+mod array_backend;
 mod modes;
 
 /// Three runs along 20 m; eight readings that vary smoothly along it, with noise.
@@ -98,8 +98,8 @@ fn recipe_in_draws() -> Recipe {
         descent: DescentConfig {
             objective: Objective::MeanField,
             learning_rate: 0.01,
-            queries: 30,
-            places: 50,
+            truths_per_step: 30,
+            candidates_per_step: 50,
             gradient_limit: 1.0,
             ..classic.descent
         },
@@ -108,15 +108,15 @@ fn recipe_in_draws() -> Recipe {
     }
 }
 
-fn lesson<'a>(recipe: &Recipe, recording: &'a Recording) -> Lesson<'a> {
-    Lesson::prepare(recipe, recording, &recipe.split.split(recording).unwrap()).unwrap()
+fn training_set<'a>(recipe: &Recipe, recording: &'a Recording) -> TrainingSet<'a> {
+    TrainingSet::prepare(recipe, recording, &recipe.split.split(recording).unwrap()).unwrap()
 }
 
 fn trained(recipe: &Recipe) -> Trained {
     let recording = recording();
     train(
         recipe,
-        &lesson(recipe, &recording),
+        &training_set(recipe, &recording),
         None,
         false,
         "",
@@ -168,8 +168,8 @@ fn one_step_follows_the_numerical_gradient() {
     };
     recipe.augmentation.input_noise = 0.0;
     let recording = recording();
-    let mut lesson = lesson(&recipe, &recording);
-    lesson.exam = None; // so that the step's weights come back, not the best validated ones
+    let mut training_set = training_set(&recipe, &recording);
+    training_set.validation_set = None; // so that the step's weights come back, not the best validated ones
     let device = Device::flex();
     let start = Weights::random(
         &recipe.network,
@@ -178,8 +178,9 @@ fn one_step_follows_the_numerical_gradient() {
         &mut Seed(1).stream("initial weights"),
     );
     let error = |weights: &Weights| {
-        let output = Nets::new(weights, &device).forward(tensor(lesson.inputs.view(), &device));
-        let (e, _) = lesson
+        let output =
+            Nets::new(weights, &device).forward(tensor(training_set.inputs.view(), &device));
+        let (e, _) = training_set
             .objective(
                 &mut Workspace::default(),
                 array(output).unwrap().view(),
@@ -188,7 +189,7 @@ fn one_step_follows_the_numerical_gradient() {
             .unwrap();
         e.posterior_error_m / e.prior_error_m
     };
-    let after = train(&recipe, &lesson, None, false, "", &mut |_| ())
+    let after = train(&recipe, &training_set, None, false, "", &mut |_| ())
         .unwrap()
         .weights;
     for (layer, at) in [
@@ -220,8 +221,8 @@ fn a_resumed_training_ends_in_the_same_bits() {
 
 fn resumes(recipe: &Recipe) {
     let recording = recording();
-    let lesson = lesson(recipe, &recording);
-    let whole = train(recipe, &lesson, None, false, "it", &mut |_| ()).unwrap();
+    let training_set = training_set(recipe, &recording);
+    let whole = train(recipe, &training_set, None, false, "it", &mut |_| ()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.checkpoint");
     for killed_after in [3, 8, 29] {
@@ -233,15 +234,30 @@ fn resumes(recipe: &Recipe) {
             },
             ..recipe.clone()
         };
-        train(&stopped, &lesson, Some(&path), false, "it", &mut |_| ()).unwrap();
-        let resumed = train(recipe, &lesson, Some(&path), true, "it", &mut |_| ()).unwrap();
+        train(
+            &stopped,
+            &training_set,
+            Some(&path),
+            false,
+            "it",
+            &mut |_| (),
+        )
+        .unwrap();
+        let resumed = train(recipe, &training_set, Some(&path), true, "it", &mut |_| ()).unwrap();
         assert_eq!(
             resumed.weights, whole.weights,
             "killed after {killed_after} steps"
         );
         assert_eq!(resumed.steps, whole.steps);
     }
-    let other = train(recipe, &lesson, Some(&path), true, "another", &mut |_| ());
+    let other = train(
+        recipe,
+        &training_set,
+        Some(&path),
+        true,
+        "another",
+        &mut |_| (),
+    );
     assert!(other.unwrap_err().to_string().contains("another training"));
 }
 
@@ -263,16 +279,40 @@ fn the_number_of_threads_changes_no_bit() {
 fn an_old_checkpoint_does_not_outlive_a_fresh_start() {
     let recipe = recipe();
     let recording = recording();
-    let lesson = lesson(&recipe, &recording);
+    let training_set = training_set(&recipe, &recording);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.checkpoint");
-    train(&recipe, &lesson, Some(&path), false, "old", &mut |_| ()).unwrap();
+    train(
+        &recipe,
+        &training_set,
+        Some(&path),
+        false,
+        "old",
+        &mut |_| (),
+    )
+    .unwrap();
     assert!(path.exists());
     let mut short = recipe.clone();
     short.descent.steps = 3;
-    train(&short, &lesson, Some(&path), false, "new", &mut |_| ()).unwrap();
-    let resumed = train(&recipe, &lesson, Some(&path), true, "new", &mut |_| ()).unwrap();
-    let whole = train(&recipe, &lesson, None, false, "new", &mut |_| ()).unwrap();
+    train(
+        &short,
+        &training_set,
+        Some(&path),
+        false,
+        "new",
+        &mut |_| (),
+    )
+    .unwrap();
+    let resumed = train(
+        &recipe,
+        &training_set,
+        Some(&path),
+        true,
+        "new",
+        &mut |_| (),
+    )
+    .unwrap();
+    let whole = train(&recipe, &training_set, None, false, "new", &mut |_| ()).unwrap();
     assert_eq!(resumed.weights, whole.weights);
 }
 
@@ -281,15 +321,16 @@ fn an_old_checkpoint_does_not_outlive_a_fresh_start() {
 fn the_dense_objective_on_the_device_leads_to_the_same_place() {
     for (name, recipe) in [("whole", recipe()), ("draws", recipe_in_draws())] {
         let recording = recording();
-        let lesson = lesson(&recipe, &recording);
+        let training_set = training_set(&recipe, &recording);
         let after = |mut trainer: Trainer| {
             (0..20).for_each(|_| trainer.step().unwrap());
-            trainer.settle();
+            trainer.sync();
             let nets = trainer.now.nets.forward(trainer.inputs.clone());
             (array(nets).unwrap(), trainer.now.training)
         };
-        let (structured, before) = after(Trainer::new(&recipe, &lesson, &cpu()).on_tensors());
-        let (dense, told) = after(Trainer::new(&recipe, &lesson, &cpu()).with_dense_objective());
+        let (structured, before) = after(Trainer::new(&recipe, &training_set, &cpu()).on_tensors());
+        let (dense, told) =
+            after(Trainer::new(&recipe, &training_set, &cpu()).with_dense_objective());
         assert!((told - before).abs() < 1e-3, "{name}: {told} {before}");
         assert_ne!(structured, dense, "{name}: not evaluated elsewhere");
         for (a, b) in structured.iter().zip(&dense) {

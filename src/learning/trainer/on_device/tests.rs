@@ -4,8 +4,8 @@ use crate::{
     detector::device::cpu,
     geometry::Pose,
     learning::{
+        problem::Workspace,
         recipe::{Objective, Recipe},
-        task::Workspace,
         trainer::array,
     },
     seed::{Seed, Stream},
@@ -30,7 +30,7 @@ fn near(a: ArrayView2<f32>, b: &Tensor<2>, case: &str) {
     }
 }
 
-fn compare(task: &Task, truths: usize, candidates: usize, features: usize, case: &str) {
+fn compare(problem: &Problem, truths: usize, candidates: usize, features: usize, case: &str) {
     let mut random = Seed(3).stream(case);
     let mut draw = |rows| {
         Array2::from_shape_simple_fn((rows, features), || random.random_range(0.02f32..0.98))
@@ -38,10 +38,10 @@ fn compare(task: &Task, truths: usize, candidates: usize, features: usize, case:
     let (truth, map) = (draw(truths), draw(candidates));
     for with_map in [false, true] {
         let mut workspace = Workspace::default();
-        let structured = task
+        let structured = problem
             .evaluate(&mut workspace, truth.view(), map.view(), with_map)
             .unwrap();
-        let dense = OnDevice::of(task, with_map, &cpu()).unwrap();
+        let dense = OnDevice::of(problem, with_map, &cpu()).unwrap();
         let found = dense
             .evaluate(tensor(truth.view(), &cpu()), tensor(map.view(), &cpu()))
             .unwrap();
@@ -80,8 +80,8 @@ fn the_dense_exact_objective_is_the_structured_one() {
             uncertainty: prior.parse().unwrap(),
             ..Recipe::thrun1998()
         };
-        let task = Task::stated(&recipe, &truths, &candidates).unwrap();
-        compare(&task, 40, 57, features, &format!("{prior} {route}"));
+        let problem = Problem::reported(&recipe, &truths, &candidates).unwrap();
+        compare(&problem, 40, 57, features, &format!("{prior} {route}"));
     }
 }
 
@@ -97,8 +97,8 @@ fn the_dense_mean_field_is_the_other_one() {
         .take(30)
         .collect(); // the last one admits nothing
     let recipe = Recipe::default();
-    let task = Task::of_step(&recipe, priors, truths, candidates).unwrap();
-    compare(&task, 30, 90, 16, "mean field");
+    let problem = Problem::for_step(&recipe, priors, truths, candidates).unwrap();
+    compare(&problem, 30, 90, 16, "mean field");
 }
 
 #[test]
@@ -107,8 +107,8 @@ fn a_table_of_too_many_pairs_stays_on_the_cpu() {
     for objective in [Objective::Exact, Objective::MeanField] {
         let mut recipe = Recipe::default();
         recipe.descent.objective = objective;
-        let task = Task::stated(&recipe, &places, &places).unwrap();
-        assert!(OnDevice::of(&task, true, &cpu()).is_none());
-        assert!(task.pairs(5001 * 5001).is_some());
+        let problem = Problem::reported(&recipe, &places, &places).unwrap();
+        assert!(OnDevice::of(&problem, true, &cpu()).is_none());
+        assert!(problem.pairs(5001 * 5001).is_some());
     }
 }

@@ -49,9 +49,9 @@ fn modes() -> Vec<(&'static str, Recipe)> {
             (d.pseudo_pattern_steps, d.scale, d.learning_rate) = (9, Scale::Sum, 2e-3);
         }),
         ("online", |d| {
-            (d.queries, d.steps, d.learning_rate) = (1, 600, 0.1);
+            (d.truths_per_step, d.steps, d.learning_rate) = (1, 600, 0.1);
         }),
-        ("mini-batch", |d| d.queries = 20),
+        ("mini-batch", |d| d.truths_per_step = 20),
     ];
     let made = modes.map(|(name, change)| (name, with(change)));
     for (name, recipe) in &made {
@@ -71,8 +71,8 @@ fn in_the_plane() -> Recording {
 fn every_mode_learns_on_a_route_and_in_the_plane() {
     for (name, recipe) in modes() {
         for recording in [recording(), in_the_plane()] {
-            let lesson = lesson(&recipe, &recording);
-            let trained = train(&recipe, &lesson, None, false, "", &mut |_| ()).unwrap();
+            let training_set = training_set(&recipe, &recording);
+            let trained = train(&recipe, &training_set, None, false, "", &mut |_| ()).unwrap();
             let where_ = match recording.columns().route_m {
                 Some(_) => "route",
                 None => "plane",
@@ -93,11 +93,11 @@ fn every_mode_resumes_to_the_same_bits() {
             validate_every: 1,
             ..recipe.descent
         };
-        let lesson = lesson(&recipe, &recording);
+        let training_set = training_set(&recipe, &recording);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("now");
         let kept = |step: usize| folder.path().join(format!("{step}"));
-        // Within a series, at its end, at the end of a stage, just past it.
+        // Within a series, at its end, at the end of a phase, just past it.
         let killed_at = [1, 9, 10, 20, 21, 33];
         let mut keep = |p: Progress| {
             // A step's checkpoint is written after its progress is told.
@@ -105,7 +105,7 @@ fn every_mode_resumes_to_the_same_bits() {
                 std::fs::copy(&path, kept(p.step - 1)).unwrap();
             }
         };
-        let whole = train(&recipe, &lesson, Some(&path), false, "it", &mut keep).unwrap();
+        let whole = train(&recipe, &training_set, Some(&path), false, "it", &mut keep).unwrap();
         recipe.descent.checkpoint_every = 1000; // writing takes longer than all the rest
         for step in killed_at {
             let mut first = None;
@@ -113,7 +113,7 @@ fn every_mode_resumes_to_the_same_bits() {
                 first.get_or_insert(p.step);
             };
             let path = kept(step);
-            let resumed = train(&recipe, &lesson, Some(&path), true, "it", &mut see).unwrap();
+            let resumed = train(&recipe, &training_set, Some(&path), true, "it", &mut see).unwrap();
             assert_eq!(first, Some(step), "{name}");
             assert_eq!(resumed.weights, whole.weights, "{name} from {step}");
             assert_eq!(resumed.evaluations, whole.evaluations, "{name} from {step}");
@@ -132,10 +132,10 @@ fn no_mode_depends_on_the_number_of_threads() {
 /// The networks after so many steps, and the evaluations on the way.
 fn after(recipe: &Recipe, steps: usize) -> (Weights, usize) {
     let recording = recording();
-    let lesson = lesson(recipe, &recording);
-    let mut trainer = Trainer::new(recipe, &lesson, &Device::flex());
+    let training_set = training_set(recipe, &recording);
+    let mut trainer = Trainer::new(recipe, &training_set, &Device::flex());
     (0..steps).for_each(|_| trainer.step().unwrap());
-    trainer.settle();
+    trainer.sync();
     (trainer.now.nets.weights().unwrap(), trainer.now.evaluations)
 }
 
@@ -170,8 +170,8 @@ fn conjugate_gradients_come_further_than_momentum_on_as_many_evaluations() {
     let (momentum, conjugate) = (thrun(), &modes()[2].1);
     let recording = recording();
     let reached = |recipe: &Recipe| {
-        let lesson = lesson(recipe, &recording);
-        let mut trainer = Trainer::new(recipe, &lesson, &Device::flex());
+        let training_set = training_set(recipe, &recording);
+        let mut trainer = Trainer::new(recipe, &training_set, &Device::flex());
         while trainer.now.evaluations < 60 {
             trainer.step().unwrap();
         }
@@ -185,8 +185,8 @@ fn conjugate_gradients_come_further_than_momentum_on_as_many_evaluations() {
 fn conjugate_gradients_never_climb() {
     let recipe = &modes()[2].1;
     let recording = recording();
-    let lesson = lesson(recipe, &recording);
-    let mut trainer = Trainer::new(recipe, &lesson, &Device::flex());
+    let training_set = training_set(recipe, &recording);
+    let mut trainer = Trainer::new(recipe, &training_set, &Device::flex());
     let mut last = f64::NEG_INFINITY;
     for step in 0..60 {
         trainer.step().unwrap();
@@ -219,13 +219,13 @@ fn sequential_training_moves_one_network_after_another() {
             layers.collect()
         };
         let at = [0, 10, 20, 30].map(|steps| after(&recipe, steps).0);
-        for (stage, ends) in at.windows(2).enumerate() {
+        for (phase, ends) in at.windows(2).enumerate() {
             for feature in 0..3 {
                 let same = bits(&ends[0], feature) == bits(&ends[1], feature);
                 assert_eq!(
                     same,
-                    feature != stage,
-                    "{optimiser:?}, stage {stage}, feature {feature}"
+                    feature != phase,
+                    "{optimiser:?}, phase {phase}, feature {feature}"
                 );
             }
         }
@@ -239,11 +239,12 @@ fn a_later_feature_learns_what_the_earlier_ones_do_not_say() {
     recipe.descent.learning_rate = 1e-2;
     let (start, end) = (after(&recipe, 10).0, after(&recipe, 11).0);
     let recording = recording();
-    let lesson = lesson(&recipe, &recording);
+    let training_set = training_set(&recipe, &recording);
     let device = Device::flex();
     let error = |weights: &Weights| {
-        let output = Nets::new(weights, &device).forward(tensor(lesson.inputs.view(), &device));
-        let (e, _) = lesson
+        let output =
+            Nets::new(weights, &device).forward(tensor(training_set.inputs.view(), &device));
+        let (e, _) = training_set
             .objective(
                 &mut Workspace::default(),
                 array(output).unwrap().view(),
@@ -268,15 +269,15 @@ fn a_later_feature_learns_what_the_earlier_ones_do_not_say() {
 #[test]
 fn the_sum_is_the_share_times_truths_and_prior_error() {
     let recording = recording();
-    let lesson = lesson(&thrun(), &recording);
-    let (e, _) = lesson
+    let training_set = training_set(&thrun(), &recording);
+    let (e, _) = training_set
         .objective(
             &mut Workspace::default(),
-            Array2::from_elem((lesson.places.len(), 2), 0.5).view(),
+            Array2::from_elem((training_set.places.len(), 2), 0.5).view(),
             false,
         )
         .unwrap();
-    let factor = lesson.places.len() as f64 * e.prior_error_m;
+    let factor = training_set.places.len() as f64 * e.prior_error_m;
     let sum = with(|d| (d.scale, d.learning_rate) = (Scale::Sum, 0.5 / factor));
     let share = with(|d| d.learning_rate = 0.5);
     let (sum, share) = (after(&sum, 3).0, after(&share, 3).0);
@@ -308,8 +309,8 @@ fn what_does_not_go_together_is_refused_by_name() {
             "descent.steps",
         ),
         (
-            with(|d| (d.optimiser, d.queries) = (Optimiser::ConjugateGradient, 3)),
-            "descent.queries",
+            with(|d| (d.optimiser, d.truths_per_step) = (Optimiser::ConjugateGradient, 3)),
+            "descent.truths_per_step",
         ),
     ] {
         let error = recipe.check().unwrap_err().to_string();

@@ -1,12 +1,12 @@
 //! One question to the objective: these truths, those candidates, such priors.
 
 use super::{
+    error_reduction::{ErrorReduction, Errors},
     mean_field::{self, Priors},
     objective::{self, Evaluation, Objective as Exact},
     prior_operator::PriorOperator,
     recipe::{Objective, Recipe},
     smoothing::Smoothing,
-    trainer::Score,
 };
 use crate::{
     belief::{Places, Uncertainty},
@@ -14,7 +14,7 @@ use crate::{
 };
 use ndarray::{Array1, Array2, ArrayView2};
 
-/// Room to evaluate one task after the other: fresh arrays would cost more than what is computed in them.
+/// Room to evaluate one problem after the other: fresh arrays would cost more than what is computed in them.
 #[derive(Debug, Default)]
 pub struct Workspace {
     exact: Exact<f32>,
@@ -24,15 +24,6 @@ pub struct Workspace {
     behind_map: Array2<f32>,
     /// ∂E/∂g of whoever is truth and candidate at once, `[snapshot, feature]`.
     pub(super) both: Array2<f32>,
-}
-
-/// Expected errors in metres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Errors {
-    /// Before sensing.
-    pub prior_error_m: f64,
-    /// After sensing.
-    pub posterior_error_m: f64,
 }
 
 /// The objective and its gradient ∂E_posterior/∂g.
@@ -48,7 +39,7 @@ pub struct Answer<'a> {
 /// Truths and candidates with the prior that joins them, and the map that is made of the candidates.
 ///
 /// Behind it stands the exact objective or the mean-field one, whichever the recipe asks for.
-pub struct Task {
+pub struct Problem {
     priors: Joined,
     smoothing: Smoothing,
 }
@@ -65,7 +56,7 @@ struct Stated {
     candidates: Places,
 }
 
-/// A task pair by pair, for whoever evaluates it elsewhere.
+/// A problem pair by pair, for whoever evaluates it elsewhere.
 pub struct Pairs {
     /// Is it the exact objective, of all 2^n outcomes?
     pub exact: bool,
@@ -77,12 +68,12 @@ pub struct Pairs {
     pub prior_error_m: f64,
 }
 
-impl Task {
+impl Problem {
     /// Equal weights for the truths, who all have the stated uncertainty: what is reported.
     ///
     /// # Errors
     /// Where there is no candidate.
-    pub fn stated(recipe: &Recipe, truths: &Places, candidates: &Places) -> Result<Self> {
+    pub fn reported(recipe: &Recipe, truths: &Places, candidates: &Places) -> Result<Self> {
         let priors = match recipe.descent.objective {
             Objective::Exact => Joined::Exact(
                 PriorOperator::new(recipe.uncertainty, truths, candidates),
@@ -111,14 +102,14 @@ impl Task {
     ///
     /// # Errors
     /// Where there is no candidate.
-    pub fn of_step(
+    pub fn for_step(
         recipe: &Recipe,
         uncertainty: Vec<Uncertainty>,
         truths: Places,
         candidates: Places,
     ) -> Result<Self> {
         if recipe.descent.objective == Objective::Exact {
-            return Self::stated(recipe, &truths, &candidates);
+            return Self::reported(recipe, &truths, &candidates);
         }
         let smoothing = Smoothing::new(&recipe.map, &candidates)?;
         let priors = Priors::new(uncertainty, truths, candidates);
@@ -235,7 +226,11 @@ impl Task {
     ///
     /// # Errors
     /// Where there are too many features for the exact objective.
-    pub fn judge(&self, truth: ArrayView2<f32>, candidates: ArrayView2<f32>) -> Result<Score> {
+    pub fn judge(
+        &self,
+        truth: ArrayView2<f32>,
+        candidates: ArrayView2<f32>,
+    ) -> Result<ErrorReduction> {
         let mut map = Array2::default((0, 0));
         self.smoothing.apply(candidates, &mut map);
         let (prior_error_m, posterior_error_m) = match &self.priors {
@@ -250,7 +245,7 @@ impl Task {
                 (prior.iter().zip(weight).map(|(e, w)| e * w).sum(), error_m)
             }
         };
-        Ok(Score {
+        Ok(ErrorReduction {
             prior_error_m,
             posterior_error_m,
             error_reduction: 1.0 - posterior_error_m / prior_error_m,

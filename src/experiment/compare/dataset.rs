@@ -20,7 +20,7 @@ pub(super) struct World {
 }
 
 /// A dataset, ready to be played back.
-pub(super) struct Opened {
+pub(super) struct LoadedDataset {
     pub recording: Recording,
     /// What it was simulated in; none where it was read from a file.
     pub world: Option<World>,
@@ -28,7 +28,7 @@ pub(super) struct Opened {
     pub notes: Vec<String>,
 }
 
-impl Opened {
+impl LoadedDataset {
     /// Reads or simulates a dataset; its files lie in `folder`.
     ///
     /// # Errors

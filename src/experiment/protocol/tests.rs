@@ -52,16 +52,16 @@ const WORLDS: [(&str, usize); 10] = [
 fn laps_and_corrected_odometry_agree_with_the_truth_in_all_worlds() {
     for (name, laps) in WORLDS {
         let recording = world(name);
-        let truth = Stage::set(&recording, &StageConfig::default()).unwrap();
-        let config = StageConfig {
+        let truth = Protocol::new(&recording, &ProtocolConfig::default()).unwrap();
+        let config = ProtocolConfig {
             truth: Truth::Odometry,
-            ..StageConfig::default()
+            ..ProtocolConfig::default()
         };
-        let ours = Stage::set(&recording, &config).unwrap();
+        let ours = Protocol::new(&recording, &config).unwrap();
         let poses = recording.poses();
         let mut furthest = [0.0; 2];
-        for (furthest, stage) in furthest.iter_mut().zip([&truth, &ours]) {
-            let unit = &stage.unit;
+        for (furthest, protocol) in furthest.iter_mut().zip([&truth, &ours]) {
+            let unit = &protocol.unit;
             let starts: Vec<usize> = (0..unit.len())
                 .filter(|&k| k == 0 || unit[k] != unit[k - 1])
                 .collect();
@@ -91,7 +91,7 @@ fn laps_and_corrected_odometry_agree_with_the_truth_in_all_worlds() {
 }
 
 /// How far snapshots of later laps lie, on average, from where the first lap has the place that they were taken at.
-fn between_laps(ours: &Stage, truth: &Stage) -> f64 {
+fn between_laps(ours: &Protocol, truth: &Protocol) -> f64 {
     let off = ours.testing.iter().map(|&k| {
         let from = |&m: &usize| {
             let [dx, dy] = [0, 1].map(|axis| truth.place[k][axis] - truth.place[m][axis]);
@@ -113,7 +113,7 @@ fn refused(config: &str, snapshots: usize) -> Error {
     let recording = world("duckett1998-a");
     let indices: Vec<usize> = (0..snapshots.min(recording.len())).collect();
     let recording = recording.select(&indices).unwrap();
-    Stage::set(&recording, &toml::from_str(config).unwrap()).unwrap_err()
+    Protocol::new(&recording, &toml::from_str(config).unwrap()).unwrap_err()
 }
 
 #[test]
@@ -135,11 +135,11 @@ fn what_cannot_be_staged_says_what_to_ask_for() {
     for (config, key) in [
         (
             "mapping = 'split'\nsplit = { unit = '15m' }",
-            "stage.split.test_fold",
+            "protocol.split.test_fold",
         ),
         (
             "mapping = 'split'\ntruth = 'odometry'\nsplit = { test_fold = 0 }",
-            "stage.truth",
+            "protocol.truth",
         ),
     ] {
         let error = refused(config, 650);
@@ -152,27 +152,27 @@ fn what_cannot_be_staged_says_what_to_ask_for() {
     columns.compass_rad = None;
     let recording = Recording::new(columns).unwrap();
     let config = toml::from_str("truth = 'odometry'").unwrap();
-    let error = Stage::set(&recording, &config).unwrap_err().to_string();
+    let error = Protocol::new(&recording, &config).unwrap_err().to_string();
     assert!(error.contains("no compass"), "{error}");
-    let stage = Stage::set(&recording, &StageConfig::default()).unwrap();
-    assert!(stage.notes[0].contains("no compass"));
+    let protocol = Protocol::new(&recording, &ProtocolConfig::default()).unwrap();
+    assert!(protocol.notes[0].contains("no compass"));
 }
 
 #[test]
 fn laps_told_by_hand_are_those_that_were_found() {
     let recording = world("duckett1998-d");
-    let found = Stage::set(&recording, &StageConfig::default()).unwrap();
+    let found = Protocol::new(&recording, &ProtocolConfig::default()).unwrap();
     let stamps = &recording.columns().stamp_s;
     let starts = (0..recording.len()).filter(|&k| k == 0 || found.unit[k] != found.unit[k - 1]);
     let starts_s: Vec<f64> = starts.map(|k| stamps[k]).collect();
-    let config = StageConfig {
+    let config = ProtocolConfig {
         laps: LapsConfig {
             starts_s,
             ..LapsConfig::default()
         },
-        ..StageConfig::default()
+        ..ProtocolConfig::default()
     };
-    let told = Stage::set(&recording, &config).unwrap();
+    let told = Protocol::new(&recording, &config).unwrap();
     assert_eq!(told.unit, found.unit);
     assert_eq!((told.mapping, told.testing), (found.mapping, found.testing));
 }
@@ -183,7 +183,7 @@ fn runs_and_stretches_are_numbered_and_never_on_both_sides() {
     let third = columns.run.len() / 3;
     columns.run = (0..columns.run.len()).map(|k| (k / third) as i64).collect();
     let recording = Recording::new(columns).unwrap();
-    let set = |config: &str| Stage::set(&recording, &toml::from_str(config).unwrap()).unwrap();
+    let set = |config: &str| Protocol::new(&recording, &toml::from_str(config).unwrap()).unwrap();
     let runs = set("mapping = 'first_run'");
     assert_eq!(runs.mapping, (0..third).collect::<Vec<_>>());
     assert_eq!(

@@ -3,22 +3,22 @@
 use super::record::file_names;
 use crate::{
     error::{Error, Result},
-    experiment::stage::Stage,
-    learning::{Recipe, lesson::Lesson, trainer},
+    experiment::protocol::Protocol,
+    learning::{Recipe, trainer, training_set::TrainingSet},
     model::Model,
     storage,
 };
 use std::path::{Path, PathBuf};
 
 /// The models of one dataset.
-pub(super) struct School<'a> {
+pub(super) struct ModelCache<'a> {
     folder: &'a Path,
     dataset: &'a str,
     /// What was trained, and where it lies or why it failed.
     trained: Vec<(Recipe, std::result::Result<PathBuf, String>)>,
 }
 
-impl<'a> School<'a> {
+impl<'a> ModelCache<'a> {
     /// For a dataset whose models go to this folder, their names beginning with the dataset's.
     pub fn new(folder: &'a Path, dataset: &'a str) -> Self {
         Self {
@@ -36,7 +36,7 @@ impl<'a> School<'a> {
         &mut self,
         system: &str,
         recipe: &Recipe,
-        stage: &Stage,
+        protocol: &Protocol,
         progress: &mut dyn FnMut(trainer::Progress),
     ) -> Result<PathBuf> {
         let known = self.trained.iter().position(|(known, _)| known == recipe);
@@ -50,7 +50,7 @@ impl<'a> School<'a> {
                     names => format!("{}-{}", names.join("-"), number + 1),
                 };
                 let file = self.folder.join(format!("{name}.safetensors"));
-                let made = train(recipe, stage, &file, progress);
+                let made = train(recipe, protocol, &file, progress);
                 let made = made.map(|()| file).map_err(|e| e.to_string());
                 self.trained.push((recipe.clone(), made));
                 number
@@ -62,16 +62,16 @@ impl<'a> School<'a> {
 
 fn train(
     recipe: &Recipe,
-    stage: &Stage,
+    protocol: &Protocol,
     file: &Path,
     progress: &mut dyn FnMut(trainer::Progress),
 ) -> Result<()> {
-    let recording = stage.recording.select(&stage.mapping)?;
+    let recording = protocol.recording.select(&protocol.mapping)?;
     let split = recipe.split.split(&recording)?;
-    let lesson = Lesson::prepare(recipe, &recording, &split)?;
-    let trained = trainer::train(recipe, &lesson, None, false, "", progress)?;
+    let training_set = TrainingSet::prepare(recipe, &recording, &split)?;
+    let trained = trainer::train(recipe, &training_set, None, false, "", progress)?;
     if let Some(folder) = file.parent() {
         storage::make_folder(folder)?;
     }
-    Model::new(recipe, &recording, &lesson, trained).write(file)
+    Model::new(recipe, &recording, &training_set, trained).write(file)
 }

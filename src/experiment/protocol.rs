@@ -1,4 +1,4 @@
-//! Who maps and who is tested, and where the robot truly was: the stage on which systems are compared.
+//! Who maps and who is tested, and where the robot truly was: the protocol on which systems are compared.
 //!
 //! D98 (Duckett & Nehmzow 1998), 7: "the first lap of the recorded robot data were used for map building if required, and
 //! the remaining data were used for testing."
@@ -41,17 +41,17 @@ pub enum Truth {
     Odometry,
 }
 
-/// How a stage is set.
+/// How a protocol is set.
 ///
 /// ```
-/// let config: ballmark::experiment::stage::StageConfig =
+/// let config: ballmark::experiment::protocol::ProtocolConfig =
 ///     toml::from_str("mapping = 'first_lap'\ntruth = 'odometry'\nlaps = { starts_s = [0.0, 492.0, 985.0] }").unwrap();
 /// config.check()?;
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct StageConfig {
+pub struct ProtocolConfig {
     /// Who maps.
     pub mapping: Mapping,
     /// What is true.
@@ -62,7 +62,7 @@ pub struct StageConfig {
     pub laps: LapsConfig,
 }
 
-impl Default for StageConfig {
+impl Default for ProtocolConfig {
     /// As D98, but true poses are believed, and a split tests on the first of four folds.
     fn default() -> Self {
         Self {
@@ -77,7 +77,7 @@ impl Default for StageConfig {
     }
 }
 
-impl StageConfig {
+impl ProtocolConfig {
     /// # Errors
     /// A usage error that names the key at fault.
     pub fn check(&self) -> Result<()> {
@@ -85,13 +85,13 @@ impl StageConfig {
         self.split.check()?;
         if self.mapping == Mapping::Split && self.split.test_fold.is_none() {
             return Err(Error::usage(
-                "stage.split.test_fold: none; expected the fold to test on, since stage.mapping = \"split\"",
+                "protocol.split.test_fold: none; expected the fold to test on, since protocol.mapping = \"split\"",
             ));
         }
         if self.truth == Truth::Odometry && self.mapping != Mapping::FirstLap {
             return Err(Error::usage(
-                "stage.truth = \"odometry\": drift is removed lap by lap; expected stage.mapping = \"first_lap\", or \
-                 stage.truth = \"pose\"",
+                "protocol.truth = \"odometry\": drift is removed lap by lap; expected protocol.mapping = \"first_lap\", or \
+                 protocol.truth = \"pose\"",
             ));
         }
         Ok(())
@@ -109,7 +109,7 @@ pub struct LapsOfRun {
 
 /// A recording with its parts and its truth.
 #[derive(Debug, Clone)]
-pub struct Stage<'a> {
+pub struct Protocol<'a> {
     /// What is learned from and played back. Its poses are the truth; under [`Truth::Odometry`] they are not those that
     /// came with it, so whoever learns knows no more than the paper's robot.
     pub recording: Cow<'a, Recording>,
@@ -130,19 +130,19 @@ pub struct Stage<'a> {
     pub notes: Vec<String>,
 }
 
-impl<'a> Stage<'a> {
-    /// Sets the stage.
+impl<'a> Protocol<'a> {
+    /// Sets the protocol.
     ///
     /// # Errors
     /// A usage error where the configuration is at fault; a work error where the recording has no laps, one run, no
     /// compass, or too few stretches for what is asked: the message says what to ask for instead.
-    pub fn set(recording: &'a Recording, config: &StageConfig) -> Result<Self> {
+    pub fn new(recording: &'a Recording, config: &ProtocolConfig) -> Result<Self> {
         config.check()?;
         let mut notes = Vec::new();
         if recording.observation(0).compass_rad.is_none() {
             notes.push("no compass: headings are the robot's own".to_string());
         }
-        let mut stage = Self {
+        let mut protocol = Self {
             recording: Cow::Borrowed(recording),
             mapping: Vec::new(),
             testing: Vec::new(),
@@ -153,11 +153,11 @@ impl<'a> Stage<'a> {
             notes,
         };
         match config.mapping {
-            Mapping::FirstLap => stage.by_laps(config)?,
-            Mapping::FirstRun => stage.by_runs()?,
-            Mapping::Split => stage.by_split(&config.split)?,
+            Mapping::FirstLap => protocol.by_laps(config)?,
+            Mapping::FirstRun => protocol.by_runs()?,
+            Mapping::Split => protocol.by_split(&config.split)?,
         }
-        Ok(stage)
+        Ok(protocol)
     }
 
     /// Does the way go on from one snapshot to the next: within a lap, run or stretch, or from lap to lap?
@@ -180,15 +180,15 @@ impl<'a> Stage<'a> {
         }
     }
 
-    fn by_laps(&mut self, config: &StageConfig) -> Result<()> {
+    fn by_laps(&mut self, config: &ProtocolConfig) -> Result<()> {
         let runs = self.recording.runs();
         let first = runs[0].clone();
         let trace = match config.truth {
             Truth::Pose => Trace::new(self.place[first.clone()].to_vec()),
             Truth::Odometry if runs.len() > 1 => {
                 return Err(Error::work(format!(
-                    "stage.truth = \"odometry\": the recording has {} runs, and odometry doesn't connect them; expected \
-                     one run, or stage.truth = \"pose\"",
+                    "protocol.truth = \"odometry\": the recording has {} runs, and odometry doesn't connect them; expected \
+                     one run, or protocol.truth = \"pose\"",
                     runs.len()
                 )));
             }
@@ -255,7 +255,7 @@ impl<'a> Stage<'a> {
         let runs = self.recording.runs();
         if runs.len() < 2 {
             return Err(Error::work(
-                "stage.mapping = \"first_run\": the recording has one run; expected two or more, or stage.mapping = \
+                "protocol.mapping = \"first_run\": the recording has one run; expected two or more, or protocol.mapping = \
                  \"first_lap\" or \"split\"",
             ));
         }
@@ -309,7 +309,7 @@ fn compass_based_odometry(recording: &Recording) -> Result<Vec<[f64; 2]>> {
         let before = recording.observation(k - 1);
         let Some([dx, dy]) = before.north_displacement(&recording.observation(k)) else {
             return Err(Error::work(
-                "stage.truth = \"odometry\": the recording has no compass; expected one, or stage.truth = \"pose\"",
+                "protocol.truth = \"odometry\": the recording has no compass; expected one, or protocol.truth = \"pose\"",
             ));
         };
         place = [place[0] + dx, place[1] + dy];

@@ -1,9 +1,9 @@
 //! What a step looks at: all training snapshots, or a draw of truths, moved and blinded, and a draw of candidates.
 
 use super::{
-    lesson::Lesson,
+    problem::Problem,
     recipe::{AugmentationConfig, Recipe},
-    task::Task,
+    training_set::TrainingSet,
 };
 use crate::{
     belief::{Places, Uncertainty, prior::DEFAULT_HALF_TURN_RAD},
@@ -15,27 +15,27 @@ use ndarray::{Array2, Axis, concatenate};
 use rand::RngExt;
 
 /// Snapshots for one step.
-pub struct Draw {
+pub struct MiniBatch {
     /// Normalised inputs of the truths, then of the candidates, `[snapshot, input]`.
     pub inputs: Array2<f32>,
     /// How many of them are truths.
     pub truths: usize,
     /// What is asked of their activations.
-    pub task: Task,
+    pub problem: Problem,
 }
 
-impl Draw {
+impl MiniBatch {
     /// The draw of step `step`, the same for the same seed and step whatever happened before.
     ///
     /// # Errors
     /// Where a whole run is to be left out and there is only one.
-    pub fn new(recipe: &Recipe, lesson: &Lesson, step: usize) -> Result<Self> {
+    pub fn new(recipe: &Recipe, training_set: &TrainingSet, step: usize) -> Result<Self> {
         let mut random = Seed(recipe.seed).numbered_stream("draw of a step", step as u64);
-        let all = lesson.snapshots.len();
+        let all = training_set.snapshots.len();
         let (truths, candidates) = match recipe.descent.leave_run_out {
             true => {
-                let run = lesson.runs[random.random_range(0..all)];
-                let (own, others) = (0..all).partition(|&k| lesson.runs[k] == run);
+                let run = training_set.runs[random.random_range(0..all)];
+                let (own, others) = (0..all).partition(|&k| training_set.runs[k] == run);
                 (Some(own), Some(others))
             }
             false => (None, None),
@@ -47,32 +47,32 @@ impl Draw {
                 "descent.leave_run_out: all training snapshots are of one run; expected at least two runs",
             ));
         }
-        let truths = truths.some(recipe.descent.queries, &mut random);
-        let candidates = candidates.stretches(recipe.descent.places, &mut random);
+        let truths = truths.some(recipe.descent.truths_per_step, &mut random);
+        let candidates = candidates.stretches(recipe.descent.candidates_per_step, &mut random);
         let uncertainty = truths.iter().map(|_| draw_uncertainty(recipe, &mut random));
         let uncertainty = uncertainty.collect();
 
-        let seen = lesson.seen_from_beside(&recipe.augmentation, &truths, &mut random)?;
+        let seen = training_set.seen_from_beside(&recipe.augmentation, &truths, &mut random)?;
         let (truth_inputs, truth_places) = match &seen {
-            Some(recording) => (lesson.input.of(recording)?, Places::of(recording)),
+            Some(recording) => (training_set.input.of(recording)?, Places::of(recording)),
             None => (
-                lesson.inputs.select(Axis(0), &truths),
-                lesson.places.select(&truths),
+                training_set.inputs.select(Axis(0), &truths),
+                training_set.places.select(&truths),
             ),
         };
-        let candidate_inputs = lesson.inputs.select(Axis(0), &candidates);
-        let task = Task::of_step(
+        let candidate_inputs = training_set.inputs.select(Axis(0), &candidates);
+        let problem = Problem::for_step(
             recipe,
             uncertainty,
             truth_places,
-            lesson.places.select(&candidates),
+            training_set.places.select(&candidates),
         )?;
         let inputs = concatenate(Axis(0), &[truth_inputs.view(), candidate_inputs.view()])
             .map_err(|e| Error::work(format!("inputs of a step: {e}")))?;
         Ok(Self {
             inputs,
             truths: truths.len(),
-            task,
+            problem,
         })
     }
 }
@@ -148,7 +148,7 @@ fn draw_uncertainty(recipe: &Recipe, random: &mut Stream) -> Uncertainty {
     }
 }
 
-impl Lesson<'_> {
+impl TrainingSet<'_> {
     /// Some training snapshots (by their place in the training part) as seen from beside, with beams dropped; `None` where
     /// nothing of that is asked for or the recording has no scans that could be drawn anew.
     fn seen_from_beside(

@@ -10,17 +10,17 @@ use std::ops::Range;
 
 /// A part of a training in which the same networks learn.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stage {
+pub struct Phase {
     /// Those that learn; the ones before them are frozen, the ones after them not there yet.
     pub learners: Range<usize>,
-    /// The stage's first step.
+    /// The phase's first step.
     pub first_step: usize,
     /// Is it the last one?
     pub is_last: bool,
 }
 
-impl Stage {
-    /// The stage that step `step` is of; after the last step, that of the last one.
+impl Phase {
+    /// The phase that step `step` is of; after the last step, that of the last one.
     pub fn at(recipe: &Recipe, step: usize) -> Self {
         let n = recipe.features;
         if !recipe.descent.sequential {

@@ -12,13 +12,13 @@ pub struct Progress<'a> {
 }
 
 /// Counts what is done and tells it on.
-pub(super) struct Waiting<'a> {
+pub(super) struct ProgressCounter<'a> {
     begun: usize,
     of: usize,
     tell: &'a mut dyn FnMut(Progress),
 }
 
-impl<'a> Waiting<'a> {
+impl<'a> ProgressCounter<'a> {
     /// Before the first of so many steps.
     pub fn new(of: usize, tell: &'a mut dyn FnMut(Progress)) -> Self {
         Self { begun: 0, of, tell }

@@ -3,9 +3,9 @@
 use super::{
     CompareConfig, ComparisonRecord, HandMade, Outcome, Section, StandardCell, System,
     SystemConfig, Timing,
-    opening::{Opened, World},
-    training::School,
-    waiting::Waiting,
+    dataset::{LoadedDataset, World},
+    model_cache::ModelCache,
+    progress::ProgressCounter,
 };
 use crate::{
     belief::Places,
@@ -14,8 +14,8 @@ use crate::{
     experiment::{
         error_reduction::{self, Curve, ErrorReductionConfig},
         landmarks::{self, LandmarkRecord, LandmarksConfig},
+        protocol::Protocol,
         recognition::{RecognitionConfig, RecognitionRecord, recognise, seconds_per_match},
-        stage::Stage,
         standard::{self, StandardConfig},
     },
     localiser,
@@ -27,22 +27,23 @@ use crate::{
 use std::path::Path;
 
 /// Asks all systems about one dataset.
-pub(super) struct Examiner<'a, 'w> {
+pub(super) struct Evaluator<'a, 'w> {
     pub config: &'a CompareConfig,
     /// Where files lie that systems name.
     pub folder: &'a Path,
-    pub opened: &'a Opened,
-    /// The stage, or why it can't be set.
-    pub stage: Result<Stage<'a>>,
-    pub school: School<'a>,
+    pub loaded: &'a LoadedDataset,
+    /// The protocol, or why it can't be set.
+    pub protocol: Result<Protocol<'a>>,
+    pub model_cache: ModelCache<'a>,
     pub dataset: &'a str,
-    pub waiting: &'a mut Waiting<'w>,
+    pub progress_counter: &'a mut ProgressCounter<'w>,
 }
 
-impl Examiner<'_, '_> {
+impl Evaluator<'_, '_> {
     /// Adds this dataset's cell to every row of every section.
-    pub fn ask(&mut self, record: &mut ComparisonRecord, timing: &mut Timing) {
-        self.waiting.next(&format!("{}: training", self.dataset));
+    pub fn evaluate(&mut self, record: &mut ComparisonRecord, timing: &mut Timing) {
+        self.progress_counter
+            .next(&format!("{}: training", self.dataset));
         let systems = self.config.system.iter();
         let systems: Vec<Result<System>> = systems.map(|told| self.ready(told)).collect();
         if let Some(section) = &mut record.standard {
@@ -51,8 +52,8 @@ impl Examiner<'_, '_> {
         }
         if let Some(section) = &mut record.recognition {
             let binning = self.binning(section.config.bin_m);
-            let shared = binning.and_then(|binning| match &self.stage {
-                Ok(stage) => Ok((binning, section.config.wanted(stage, self.seed())?)),
+            let shared = binning.and_then(|binning| match &self.protocol {
+                Ok(protocol) => Ok((binning, section.config.wanted(protocol, self.seed())?)),
                 Err(fault) => Err(Error::work(fault.to_string())),
             });
             self.fill(section, &systems, shared, Self::recognition);
@@ -68,7 +69,7 @@ impl Examiner<'_, '_> {
             self.fill(section, &systems, Ok(()), Self::error_reduction);
         }
         if let Some(section) = &mut record.landmarks {
-            match &self.opened.world {
+            match &self.loaded.world {
                 Some(world) => self.fill(section, &systems, Ok(world), Self::landmarks),
                 None => {
                     for row in &mut section.cells {
@@ -86,16 +87,17 @@ impl Examiner<'_, '_> {
         section: &mut Section<C, T>,
         systems: &[Result<System>],
         shared: Result<S>,
-        question: impl Fn(&Self, &Stage, &System, &C, &S) -> Result<Option<T>>,
+        question: impl Fn(&Self, &Protocol, &System, &C, &S) -> Result<Option<T>>,
     ) {
         for (&number, row) in section.systems.iter().zip(&mut section.cells) {
             let name = &self.config.system[number].name;
-            self.waiting.next(&format!("{}: {name}", self.dataset));
-            let answer = match (&self.stage, &shared, &systems[number]) {
+            self.progress_counter
+                .next(&format!("{}: {name}", self.dataset));
+            let answer = match (&self.protocol, &shared, &systems[number]) {
                 (Err(fault), ..) | (_, Err(fault), _) => Err(named(self.dataset, fault)),
                 (.., Err(fault)) => Err(named(name, fault)),
-                (Ok(stage), Ok(shared), Ok(system)) => {
-                    let answer = question(self, stage, system, &section.config, shared);
+                (Ok(protocol), Ok(shared), Ok(system)) => {
+                    let answer = question(self, protocol, system, &section.config, shared);
                     answer.map_err(|fault| named(name, &fault))
                 }
             };
@@ -110,16 +112,19 @@ impl Examiner<'_, '_> {
     /// A system with its files found, and its model trained where it names none.
     fn ready(&mut self, told: &SystemConfig) -> Result<System> {
         let mut system = told.system.clone().beside(self.folder);
-        if let (Some(recipe), Some(model), Ok(stage)) = (told.recipe(), system.model(), &self.stage)
+        if let (Some(recipe), Some(model), Ok(protocol)) =
+            (told.recipe(), system.model(), &self.protocol)
         {
-            let (waiting, dataset) = (&mut *self.waiting, self.dataset);
-            *model = self.school.model(&told.name, &recipe, stage, &mut |at| {
-                let reduction = 100.0 * at.training;
-                waiting.meanwhile(&format!(
-                    "{dataset}: training {}, step {}, error reduction {reduction:.0} %",
-                    told.name, at.step
-                ));
-            })?;
+            let (progress_counter, dataset) = (&mut *self.progress_counter, self.dataset);
+            *model = self
+                .model_cache
+                .model(&told.name, &recipe, protocol, &mut |at| {
+                    let reduction = 100.0 * at.training;
+                    progress_counter.meanwhile(&format!(
+                        "{dataset}: training {}, step {}, error reduction {reduction:.0} %",
+                        told.name, at.step
+                    ));
+                })?;
         }
         Ok(system)
     }
@@ -146,40 +151,45 @@ impl Examiner<'_, '_> {
     }
 
     fn binning(&self, bin_m: f64) -> Result<Binning> {
-        match &self.stage {
-            Ok(stage) => stage.binning(bin_m),
+        match &self.protocol {
+            Ok(protocol) => protocol.binning(bin_m),
             Err(fault) => Err(Error::work(fault.to_string())),
         }
     }
 
     fn standard(
         &self,
-        stage: &Stage,
+        protocol: &Protocol,
         system: &System,
         config: &StandardConfig,
         binning: &Binning,
     ) -> Result<Option<StandardCell>> {
         let localiser = system.as_localiser().ok_or_else(|| unfit(system))?;
-        let learned = localiser::learn(&localiser, &stage.recording, &stage.mapping, self.seed())?;
+        let learned = localiser::learn(
+            &localiser,
+            &protocol.recording,
+            &protocol.mapping,
+            self.seed(),
+        )?;
         let localiser = learned.as_localiser();
-        localiser.check_channels(stage.recording.channels())?;
+        localiser.check_channels(protocol.recording.channels())?;
         Ok(Some(StandardCell {
             places: localiser.places(),
             bytes_per_place: localiser.bytes_per_place(),
-            record: standard::play(stage, binning, localiser, config, self.seed())?,
+            record: standard::play(protocol, binning, localiser, config, self.seed())?,
         }))
     }
 
     fn recognition(
         &self,
-        stage: &Stage,
+        protocol: &Protocol,
         system: &System,
         config: &RecognitionConfig,
         (binning, wanted): &(Binning, usize),
     ) -> Result<Option<RecognitionRecord>> {
         match system {
             System::Recogniser(recogniser) => recognise(
-                stage,
+                protocol,
                 binning,
                 recogniser,
                 Some(*wanted),
@@ -193,12 +203,12 @@ impl Examiner<'_, '_> {
 
     /// Seconds for one pattern to be compared with a snapshot, by a recogniser as it was tuned.
     fn seconds_per_match(&self, system: &Result<System>, tuned: &RecognitionRecord) -> Option<f64> {
-        let (Ok(stage), Ok(System::Recogniser(_))) = (&self.stage, system) else {
+        let (Ok(protocol), Ok(System::Recogniser(_))) = (&self.protocol, system) else {
             return None;
         };
-        let (recording, mapping) = (&stage.recording, &stage.mapping);
+        let (recording, mapping) = (&protocol.recording, &protocol.mapping);
         let learned = recogniser::learn(&tuned.config, recording, mapping, self.seed()).ok()?;
-        Some(seconds_per_match(stage, learned.as_recogniser()))
+        Some(seconds_per_match(protocol, learned.as_recogniser()))
     }
 
     /// Gives the files in a tuned recogniser the names that the configuration gives them.
@@ -215,14 +225,14 @@ impl Examiner<'_, '_> {
 
     fn error_reduction(
         &self,
-        stage: &Stage,
+        protocol: &Protocol,
         system: &System,
         config: &ErrorReductionConfig,
         _: &(),
     ) -> Result<Option<Curve>> {
-        let recording = &stage.recording;
+        let recording = &protocol.recording;
         let places = Places::of(recording);
-        let (mapping, testing) = (&stage.mapping[..], &stage.testing[..]);
+        let (mapping, testing) = (&protocol.mapping[..], &protocol.testing[..]);
         let by_detector = |detector: &dyn Detector| {
             let answers = detector.probabilities(recording)?.mapv(f64::from);
             error_reduction::by_probabilities(&places, mapping, testing, answers.view(), config)
@@ -255,7 +265,7 @@ impl Examiner<'_, '_> {
     /// A detector that the camera gives nothing to look for (lights, where it looks aside) is not asked.
     fn landmarks(
         &self,
-        stage: &Stage,
+        protocol: &Protocol,
         system: &System,
         config: &LandmarksConfig,
         world: &&World,
@@ -269,9 +279,16 @@ impl Examiner<'_, '_> {
             HandMade::CeilingLight(light) => config.ceiling_light = light.clone(),
         }
         let set = world.set.as_deref();
-        let (mapping, testing) = (&stage.mapping, &stage.testing);
+        let (mapping, testing) = (&protocol.mapping, &protocol.testing);
         let building = &world.building;
-        let judged = landmarks::judge(building, set, &stage.recording, mapping, testing, &config)?;
+        let judged = landmarks::judge(
+            building,
+            set,
+            &protocol.recording,
+            mapping,
+            testing,
+            &config,
+        )?;
         let mut judged = judged.into_iter();
         Ok(judged.find(|record| record.detector == hand_made.name()))
     }

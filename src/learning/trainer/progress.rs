@@ -1,6 +1,6 @@
 //! What a training says while it runs and when it is done.
 
-use crate::detector::net::Weights;
+use crate::{detector::net::Weights, learning::error_reduction::ErrorReduction};
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
@@ -15,19 +15,6 @@ pub struct Progress {
     pub training: f64,
     /// Best error reduction on the validation part so far.
     pub validation: Option<f64>,
-}
-
-/// Expected errors of a part before and after sensing.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Score {
-    /// Before sensing, in metres.
-    pub prior_error_m: f64,
-    /// After sensing, in metres.
-    pub posterior_error_m: f64,
-    /// 1 − posterior/prior (Thrun 1998, eq. 46).
-    pub error_reduction: f64,
-    /// Snapshots that it is the mean of.
-    pub snapshots: usize,
 }
 
 /// Why training ended.
@@ -48,9 +35,9 @@ pub struct Trained {
     /// Their activations on the training part, `[snapshot, feature]`.
     pub activation: Array2<f32>,
     /// On the training part, with the map that localisation uses.
-    pub train: Score,
+    pub train: ErrorReduction,
     /// On the validation part.
-    pub validation: Option<Score>,
+    pub validation: Option<ErrorReduction>,
     /// Steps taken.
     pub steps: usize,
     /// Evaluations of the objective with its gradient on the way; looks at the validation part not counted.

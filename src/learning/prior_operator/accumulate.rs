@@ -43,9 +43,9 @@ pub(super) fn to_take_in<'a, const Q: usize>(
     let of_chunks = x_m
         .chunks(CHUNK)
         .zip(sums.chunks_mut(CHUNK / BLOCK * tiles));
-    let take_in = |(x_m, sums)| TakeIn {
+    let accumulate = |(x_m, sums)| TakeIn {
         x_m,
         sums: Some(sums),
     };
-    of_chunks.map(take_in).collect()
+    of_chunks.map(accumulate).collect()
 }

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 const SONARS: usize = 16;
 
 /// Two laps along the walls of a room of 9 m by 6 m with a pillar, a ring of noisy sonars that reach 5 m, and a compass.
-pub(crate) fn room() -> Recording {
+pub(crate) fn test_world() -> Recording {
     let mut noise = Seed(5).stream("noise of the room");
     let lap = (0..104).map(|i| 0.25 * f64::from(i));
     let along = |m: f64| match m {

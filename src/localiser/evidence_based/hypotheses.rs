@@ -1,6 +1,6 @@
 //! The mechanism: a set of hypotheses about where the robot is, and what each step makes of it.
 
-use super::Evidence;
+use super::EvidenceBased;
 use crate::{
     geometry::{Pose, wrapped},
     localiser::{Estimate, Step, place_map::PlaceMap},
@@ -37,11 +37,11 @@ impl Hypothesis {
 /// A robot that has been put down somewhere: the set H, to which one observation after the other is given (D98 3.2).
 ///
 /// ```
-/// use ballmark::{localiser::{Learn, evidence::{Evidence, EvidenceConfig, Hypotheses}}, seed::Seed, world::corridor};
+/// use ballmark::{localiser::{Learn, evidence_based::{EvidenceBased, EvidenceBasedConfig, Hypotheses}}, seed::Seed, world::corridor};
 /// let config = corridor::CorridorConfig { runs: 2, spacing_m: 0.25, ..Default::default() };
 /// let recording = corridor::thrun1998(Seed(1), &config)?;
 /// let (first, second): (Vec<usize>, Vec<usize>) = (0..recording.len()).partition(|k| recording.runs()[0].contains(k));
-/// let evidence = Evidence::learn(&EvidenceConfig::default(), &recording, &first, Seed(1))?;
+/// let evidence = EvidenceBased::learn(&EvidenceBasedConfig::default(), &recording, &first, Seed(1))?;
 ///
 /// let mut robot = Hypotheses::none(&evidence);
 /// let mut ties = Seed(1).stream("ties");
@@ -55,7 +55,7 @@ impl Hypothesis {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Hypotheses<'a> {
-    evidence: &'a Evidence,
+    evidence: &'a EvidenceBased,
     set: Vec<Hypothesis>,
     /// The last observation, without its sensor values.
     last: Option<Observation<'static>>,
@@ -80,7 +80,7 @@ pub(super) struct Sight {
 
 impl<'a> Hypotheses<'a> {
     /// H = ∅: the robot knows nothing of its place.
-    pub fn none(evidence: &'a Evidence) -> Self {
+    pub fn none(evidence: &'a EvidenceBased) -> Self {
         Self {
             evidence,
             set: Vec::new(),

@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    localiser::{Learn, evidence::EvidenceConfig},
+    localiser::{Learn, evidence_based::EvidenceBasedConfig},
     recording::{Columns, Recording},
     seed::Seed,
 };
@@ -38,9 +38,9 @@ fn corridor(length_m: f64, sees: impl Fn(f64) -> [f32; 8]) -> Recording {
     .unwrap()
 }
 
-fn learned(recording: &Recording, config: &EvidenceConfig) -> Evidence {
+fn learned(recording: &Recording, config: &EvidenceBasedConfig) -> EvidenceBased {
     let all: Vec<usize> = (0..recording.len()).collect();
-    Evidence::learn(config, recording, &all, Seed(1)).unwrap()
+    EvidenceBased::learn(config, recording, &all, Seed(1)).unwrap()
 }
 
 /// What both rings see where reading `of` alone is not 0.
@@ -87,7 +87,7 @@ fn two_steps_by_hand() {
         1 => [5.0, 4.0, 0.0, 0.0, 5.0, 4.0, 0.0, 0.0],
         _ => corner(2),
     });
-    let evidence = learned(&recording, &EvidenceConfig::default());
+    let evidence = learned(&recording, &EvidenceBasedConfig::default());
     let places = evidence.map().places().to_vec();
     assert_eq!(places.len(), 4, "{places:?}");
     let mut robot = Hypotheses::none(&evidence);
@@ -169,7 +169,8 @@ fn two_steps_by_hand() {
 fn what_looks_like_no_place_has_no_answer_until_something_does() {
     let recording = corridor(4.0, |at| if at < 2.0 { corner(0) } else { corner(1) });
     let half: Vec<usize> = (0..18).collect();
-    let evidence = Evidence::learn(&EvidenceConfig::default(), &recording, &half, Seed(1)).unwrap();
+    let evidence =
+        EvidenceBased::learn(&EvidenceBasedConfig::default(), &recording, &half, Seed(1)).unwrap();
     let mut robot = Hypotheses::none(&evidence);
     let mut see =
         |k: usize| robot.observe(recording.channels(), &recording.observation(k), &mut ties());
@@ -190,7 +191,7 @@ fn what_looks_like_no_place_has_no_answer_until_something_does() {
 #[test]
 fn a_set_that_was_led_astray_finds_back() {
     let recording = corridor(6.0, |_| corner(0));
-    let evidence = learned(&recording, &EvidenceConfig::default());
+    let evidence = learned(&recording, &EvidenceBasedConfig::default());
     let mut robot = Hypotheses::none(&evidence);
     robot.observe(recording.channels(), &recording.observation(0), &mut ties());
     // A slip of a kilometre: every term of eq. 9 is far below the smallest number.
@@ -238,7 +239,7 @@ fn without_a_compass_headings_tell_the_way_there_from_the_way_back() {
     let rows: Vec<usize> = (0..k).chain((0..k).rev()).collect();
     columns.values = columns.values.select(ndarray::Axis(0), &rows);
     let recording = Recording::new(columns).unwrap();
-    let evidence = learned(&recording, &EvidenceConfig::default());
+    let evidence = learned(&recording, &EvidenceBasedConfig::default());
     assert!(evidence.map().is_oriented());
     for trial in [5..55, k + 5..k + 55] {
         let mut robot = Hypotheses::none(&evidence);

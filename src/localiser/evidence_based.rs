@@ -1,4 +1,4 @@
-//! Evidence-based localisation: of the places that look like this, those remain that also looked right on the way here.
+//! EvidenceBased-based localisation: of the places that look like this, those remain that also looked right on the way here.
 //!
 //! Duckett & Nehmzow (1998, below D98), 3.1 and 3.2. A map of places is learned ([`super::place_map`]). A robot that is put
 //! down somewhere keeps a set of hypotheses, one for each place that looks like what it sees ([`Hypotheses`]); as it drives,
@@ -35,7 +35,7 @@ use serde::{Deserialize, Serialize};
 /// The constants printed in D98, 3.1 and 3.2.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct EvidenceConfig {
+pub struct EvidenceBasedConfig {
     /// The map: D, T and the weights of the channels.
     pub map: PlaceMapConfig,
     /// w_ex: width of the likelihood of a sensor difference (eq. 2).
@@ -46,7 +46,7 @@ pub struct EvidenceConfig {
     pub variance_growth: f64,
 }
 
-impl Default for EvidenceConfig {
+impl Default for EvidenceBasedConfig {
     fn default() -> Self {
         Self {
             map: PlaceMapConfig::default(),
@@ -57,11 +57,11 @@ impl Default for EvidenceConfig {
     }
 }
 
-impl EvidenceConfig {
+impl EvidenceBasedConfig {
     /// # Errors
     /// A usage error where a constant makes no sense; the message names its key.
     pub fn check(&self) -> Result<()> {
-        self.map.check().map_err(|e| e.in_file("evidence"))?;
+        self.map.check().map_err(|e| e.context("evidence_based"))?;
         for (key, value, least) in [
             ("exteroceptive_width", self.exteroceptive_width, 1e-3),
             ("proprioceptive_width", self.proprioceptive_width, 1e-3),
@@ -69,7 +69,7 @@ impl EvidenceConfig {
         ] {
             if !(least..=1e6).contains(&value) {
                 return Err(Error::usage(format!(
-                    "evidence.{key} = {value}: expected {least} to a million"
+                    "evidence_based.{key} = {value}: expected {least} to a million"
                 )));
             }
         }
@@ -80,12 +80,12 @@ impl EvidenceConfig {
 /// A map, and how to localise with it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Evidence {
-    config: EvidenceConfig,
+pub struct EvidenceBased {
+    config: EvidenceBasedConfig,
     map: PlaceMap,
 }
 
-impl Evidence {
+impl EvidenceBased {
     /// The map that was learned.
     pub fn map(&self) -> &PlaceMap {
         &self.map
@@ -93,7 +93,7 @@ impl Evidence {
 }
 
 struct Prepare<'a> {
-    evidence: &'a Evidence,
+    evidence: &'a EvidenceBased,
     recording: &'a Recording,
     sights: Prepared<Option<Sight>>,
 }
@@ -109,9 +109,9 @@ impl Player for Prepare<'_> {
     }
 }
 
-impl Localiser for Evidence {
+impl Localiser for EvidenceBased {
     fn name(&self) -> &'static str {
-        "evidence"
+        "evidence_based"
     }
 
     fn places(&self) -> usize {
@@ -150,12 +150,12 @@ impl Localiser for Evidence {
     }
 }
 
-impl Learn for Evidence {
-    type Config = EvidenceConfig;
+impl Learn for EvidenceBased {
+    type Config = EvidenceBasedConfig;
 
     /// Builds the map; nothing else is learned.
     fn learn(
-        config: &EvidenceConfig,
+        config: &EvidenceBasedConfig,
         recording: &Recording,
         snapshots: &[usize],
         _: Seed,
@@ -164,7 +164,7 @@ impl Learn for Evidence {
         let map = PlaceMap::build(&config.map, recording, snapshots);
         Ok(Self {
             config: config.clone(),
-            map: map.map_err(|e| e.in_file("evidence"))?,
+            map: map.map_err(|e| e.context("evidence_based"))?,
         })
     }
 

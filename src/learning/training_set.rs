@@ -1,9 +1,9 @@
 //! What is learned from: inputs, places and priors of the training part, and of the validation part that stops it.
 
 use super::{
+    error_reduction::{ErrorReduction, Errors},
+    problem::{Problem, Workspace},
     recipe::{Objective, Recipe},
-    task::{Errors, Task, Workspace},
-    trainer::Score,
 };
 use crate::{
     belief::Places,
@@ -23,7 +23,7 @@ pub const COVERED_WITHIN_RAD: f64 = 0.45;
 const MOST_JUDGED: usize = 2000;
 
 /// The training part, ready for the objective.
-pub struct Lesson<'a> {
+pub struct TrainingSet<'a> {
     /// Fitted on the training part.
     pub input: Input,
     /// Normalised inputs, `[snapshot, input]`.
@@ -38,19 +38,19 @@ pub struct Lesson<'a> {
     pub views: Option<Views<'a>>,
     /// Training snapshots that the objective is judged on, and steps without a draw descend on.
     truths: Vec<usize>,
-    task: Task,
+    problem: Problem,
     /// What stops the training, where the recording allows.
-    pub exam: Option<Exam>,
+    pub validation_set: Option<ValidationSet>,
 }
 
 /// Snapshots that training does not see, at places that it does: their error under the trained map.
-pub struct Exam {
+pub struct ValidationSet {
     /// Normalised inputs, `[snapshot, input]`.
     pub inputs: Array2<f32>,
-    task: Task,
+    problem: Problem,
 }
 
-impl<'a> Lesson<'a> {
+impl<'a> TrainingSet<'a> {
     /// Prepares the training and validation parts of a recording.
     ///
     /// # Errors
@@ -62,21 +62,22 @@ impl<'a> Lesson<'a> {
         let input = Input::fit(&recipe.input, recording, &split.train)?;
         let all_inputs = input.of(recording)?;
         let truths = evenly(places.len(), most_judged(recipe));
-        let task = Task::stated(recipe, &places.select(&truths), &places)?;
-        if task.window_sizes().iter().all(|&size| size < 2) {
+        let problem = Problem::reported(recipe, &places.select(&truths), &places)?;
+        if problem.window_sizes().iter().all(|&size| size < 2) {
             return Err(Error::work(format!(
                 "uncertainty {}: no training snapshot has another one in its window, so there is nothing to tell apart; \
                  expected a wider window or snapshots closer together",
                 recipe.uncertainty
             )));
         }
-        if !task.has_prior_error() {
+        if !problem.has_prior_error() {
             return Err(Error::work(
                 "the training snapshots that could be mistaken for one another were all taken at the same place, so no \
                  mistake costs anything; expected a robot that moves",
             ));
         }
-        let exam = Exam::prepare(recipe, &all_places, &all_inputs, &places, &split.validation)?;
+        let validation_set =
+            ValidationSet::prepare(recipe, &all_places, &all_inputs, &places, &split.validation)?;
         Ok(Self {
             inputs: all_inputs.select(Axis(0), &split.train),
             input,
@@ -89,8 +90,8 @@ impl<'a> Lesson<'a> {
                 .collect(),
             views: Views::of(recording)?,
             truths,
-            task,
-            exam,
+            problem,
+            validation_set,
         })
     }
 
@@ -109,9 +110,9 @@ impl<'a> Lesson<'a> {
         if gradient.dim() != activation.dim() {
             gradient = Array2::zeros(activation.raw_dim());
         }
-        let answer = self
-            .task
-            .evaluate(workspace, truth.view(), activation, map_in_objective)?;
+        let answer =
+            self.problem
+                .evaluate(workspace, truth.view(), activation, map_in_objective)?;
         gradient.assign(&answer.candidate_gradient);
         if truth.dim() == activation.dim() {
             gradient += &answer.truth_gradient;
@@ -127,8 +128,8 @@ impl<'a> Lesson<'a> {
     }
 
     /// The objective's question: all truths, all candidates, the stated prior.
-    pub fn task(&self) -> &Task {
-        &self.task
+    pub fn problem(&self) -> &Problem {
+        &self.problem
     }
 
     /// How many truths the objective is the mean of.
@@ -140,8 +141,8 @@ impl<'a> Lesson<'a> {
     ///
     /// # Errors
     /// Where there are too many features for the exact objective.
-    pub fn judge(&self, activation: ArrayView2<f32>) -> Result<Score> {
-        self.task
+    pub fn judge(&self, activation: ArrayView2<f32>) -> Result<ErrorReduction> {
+        self.problem
             .judge(self.of_truths(activation).view(), activation)
     }
 
@@ -157,19 +158,19 @@ impl<'a> Lesson<'a> {
     ///
     /// # Errors
     /// Where there are too many features for the exact objective.
-    pub fn examine(
+    pub fn validate(
         &self,
-        exam: &Exam,
+        validation_set: &ValidationSet,
         truth: ArrayView2<f32>,
         training: ArrayView2<f32>,
-    ) -> Result<Score> {
-        exam.task.judge(truth, training)
+    ) -> Result<ErrorReduction> {
+        validation_set.problem.judge(truth, training)
     }
 }
 
 /// Truths that a part is judged on; where steps descend on all of the training part, that is judged as a whole.
 fn most_judged(recipe: &Recipe) -> usize {
-    match (recipe.descent.objective, recipe.descent.queries) {
+    match (recipe.descent.objective, recipe.descent.truths_per_step) {
         (Objective::MeanField, 1..) => MOST_JUDGED,
         _ => usize::MAX,
     }
@@ -183,7 +184,7 @@ fn evenly(count: usize, most: usize) -> Vec<usize> {
     }
 }
 
-impl Exam {
+impl ValidationSet {
     fn prepare(
         recipe: &Recipe,
         all_places: &Places,
@@ -194,7 +195,7 @@ impl Exam {
         let covered = covered(all_places, validation, places);
         let judged = evenly(covered.len(), most_judged(recipe));
         let covered: Vec<usize> = judged.into_iter().map(|i| covered[i]).collect();
-        let sizes = Task::stated(recipe, &all_places.select(&covered), places)?.window_sizes();
+        let sizes = Problem::reported(recipe, &all_places.select(&covered), places)?.window_sizes();
         let counted: Vec<usize> = covered
             .into_iter()
             .zip(sizes)
@@ -204,13 +205,13 @@ impl Exam {
         if counted.is_empty() {
             return Ok(None);
         }
-        let task = Task::stated(recipe, &all_places.select(&counted), places)?;
-        if !task.has_prior_error() {
+        let problem = Problem::reported(recipe, &all_places.select(&counted), places)?;
+        if !problem.has_prior_error() {
             return Ok(None); // a reduction of nothing is no number
         }
         Ok(Some(Self {
             inputs: all_inputs.select(Axis(0), &counted),
-            task,
+            problem,
         }))
     }
 }

@@ -1,16 +1,16 @@
 //! Global localisation and position tracking on unseen runs: everybody plays the same trials.
 
 use super::{
-    contenders::{Arena, Contender, Parts, contenders},
     convergence::{
         Answers, Row, converged_at_m, error_curve, mean_below_1m_at_m, median_distance_m,
     },
+    methods::{BaselineContext, Method, Parts, methods},
     trials::{self, Drawing, Trial},
 };
 use crate::{
     belief::{Belief, Evidence, Grid, GridConfig, Neighbours, OdometryMotion, Uncertainty},
     error::{Error, Result},
-    learning::trainer::Score,
+    learning::error_reduction::ErrorReduction,
     localiser::BayesLocaliser,
     model::Model,
     seed::Seed,
@@ -114,9 +114,9 @@ impl LocaliseConfig {
     }
 }
 
-/// How one contender did in one kind of trial.
+/// How one method did in one kind of trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Course {
+pub struct TrialSummary {
     /// Share of the trials that converged.
     pub converged_fraction: f64,
     /// Median distance to converge over all trials; null where fewer than half did.
@@ -127,9 +127,9 @@ pub struct Course {
     pub error_by_distance: Vec<Row>,
 }
 
-/// Everything about one contender.
+/// Everything about one method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Standing {
+pub struct MethodResult {
     /// Key in results.
     #[serde(skip)]
     pub name: &'static str,
@@ -142,9 +142,9 @@ pub struct Standing {
     pub bytes_per_place: Option<usize>,
     /// Trials that start anywhere.
     #[serde(flatten)]
-    pub global: Course,
+    pub global: TrialSummary,
     /// Trials that start at a known place.
-    pub tracking: Course,
+    pub tracking: TrialSummary,
     /// One snapshot's error reduction on the unseen part, one a prior.
     pub held_out: Vec<HeldOut>,
 }
@@ -156,7 +156,7 @@ pub struct HeldOut {
     pub prior: Uncertainty,
     /// Expected errors before and after.
     #[serde(flatten)]
-    pub score: Score,
+    pub score: ErrorReduction,
 }
 
 /// What came of it.
@@ -175,10 +175,10 @@ pub struct Record {
     /// Is the unseen part the one that stopped the training?
     pub unseen_is_validation: bool,
     /// The learned filters first.
-    pub standings: Vec<Standing>,
+    pub results: Vec<MethodResult>,
 }
 
-/// Plays all trials with all contenders. `progress` is told who plays next.
+/// Plays all trials with all methods. `progress` is told who plays next.
 ///
 /// # Errors
 /// Where the unseen part allows no trial, or the run lacks the model's sensors.
@@ -219,7 +219,7 @@ pub fn localise(
     if !priors.contains(&model.header.prior) {
         priors.push(model.header.prior);
     }
-    let arena = Arena {
+    let context = BaselineContext {
         model,
         parts,
         grid: &grid,
@@ -227,13 +227,13 @@ pub fn localise(
         priors: &priors,
         seed,
     };
-    let mut standings = Vec::new();
-    for contender in contenders(&arena)? {
-        progress(&contender.title);
+    let mut results = Vec::new();
+    for method in methods(&context)? {
+        progress(&method.title);
         let motion = config.motion.as_ref().unwrap_or(&model.header.motion);
         let play = |known_start: bool| {
-            course(
-                &contender,
+            summary(
+                &method,
                 &trials,
                 (parts, motion),
                 &grid,
@@ -242,12 +242,12 @@ pub fn localise(
             )
         };
         let (global, tracking) = (play(false)?, play(true)?);
-        let scores = priors.iter().zip(contender.held_out);
-        standings.push(Standing {
-            name: contender.name,
-            title: contender.title,
-            bandwidth: contender.bandwidth,
-            bytes_per_place: contender.bytes_per_place,
+        let scores = priors.iter().zip(method.held_out);
+        results.push(MethodResult {
+            name: method.name,
+            title: method.title,
+            bandwidth: method.bandwidth,
+            bytes_per_place: method.bytes_per_place,
             global,
             tracking,
             held_out: scores
@@ -266,18 +266,18 @@ pub fn localise(
         unseen: parts.unseen.len(),
         covered: parts.covered(model).len(),
         unseen_is_validation: parts.unseen_is_validation,
-        standings,
+        results,
     })
 }
 
-fn course(
-    contender: &Contender,
+fn summary(
+    method: &Method,
     trials: &[Trial],
     (parts, motion): (&Parts, &OdometryMotion),
     grid: &Arc<Grid>,
     config: &LocaliseConfig,
     known_start: bool,
-) -> Result<Course> {
+) -> Result<TrialSummary> {
     let answers = trials
         .par_iter()
         .enumerate()
@@ -293,7 +293,7 @@ fn course(
                 Belief::uniform(grid.places())?
             };
             let stream = Seed(config.seed).numbered_stream("sampled features", t as u64);
-            let sensor = contender.sensor.as_deref();
+            let sensor = method.sensor.as_deref();
             let mut robot = BayesLocaliser::new(grid, motion, start, sensor, stream)?;
             let mut answers = Answers {
                 expected_error_m: Vec::new(),
@@ -318,7 +318,7 @@ fn course(
         .collect();
     let seed = Seed(config.seed);
     let error_by_distance = error_curve(trials, &answers, config.spacing_m, config.resamples, seed);
-    Ok(Course {
+    Ok(TrialSummary {
         converged_fraction: converged.iter().flatten().count() as f64 / trials.len() as f64,
         distance_to_converge_m: median_distance_m(&converged),
         mean_error_below_1m_at_m: mean_below_1m_at_m(&error_by_distance),

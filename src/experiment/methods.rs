@@ -9,7 +9,7 @@ use crate::{
     detector::{Detector, input::Input, random_projection::RandomProjection},
     error::{Error, Result},
     geometry::Pose,
-    learning::{lesson::covered, objective::MOST_FEATURES, trainer::Score},
+    learning::{error_reduction::ErrorReduction, objective::MOST_FEATURES, training_set::covered},
     localiser::{SensorModel, features::FeatureModel},
     model::Model,
     recording::Recording,
@@ -32,11 +32,11 @@ pub struct Parts<'a> {
     /// Are these the validation part, which stopped the training?
     pub unseen_is_validation: bool,
     /// What the model learned from, where it is at hand: without it there are no baselines.
-    pub school: Option<School<'a>>,
+    pub source: Option<TrainingSource<'a>>,
 }
 
 /// The recording that a model learned from.
-pub struct School<'a> {
+pub struct TrainingSource<'a> {
     /// The whole recording.
     pub recording: Cow<'a, Recording>,
     /// Snapshots that the weights descended on.
@@ -55,7 +55,7 @@ impl<'a> Parts<'a> {
         let known = model.header.dataset_sha256.as_deref();
         let is_school =
             |r: &Recording| known.is_some() && r.columns().dataset_sha256.as_deref() == known;
-        let school = match trained_on {
+        let source = match trained_on {
             Some(recording) if is_school(&recording) => Some(Cow::Owned(recording)),
             Some(_) => {
                 return Err(Error::work(format!(
@@ -67,12 +67,12 @@ impl<'a> Parts<'a> {
             None => None,
         };
         refuse_the_way_back(run)?;
-        let school = school
+        let source = source
             .map(|recording| {
                 let split = model.header.recipe.split.split(&recording)?;
                 let test = split.test.clone();
                 Ok::<_, Error>((
-                    School {
+                    TrainingSource {
                         recording,
                         training: split.train,
                         validation: split.validation,
@@ -87,12 +87,12 @@ impl<'a> Parts<'a> {
                 "the model's places and the dataset's differ: one lies along a route (array `route`), the other in the plane",
             ));
         }
-        if school.as_ref().is_none_or(|_| !is_school(run)) {
+        if source.as_ref().is_none_or(|_| !is_school(run)) {
             refuse_the_familiar(model, run)?;
         }
-        let (unseen, unseen_is_validation) = match &school {
-            Some((school, test)) if is_school(run) && test.is_empty() => {
-                (school.validation.clone(), true)
+        let (unseen, unseen_is_validation) = match &source {
+            Some((source, test)) if is_school(run) && test.is_empty() => {
+                (source.validation.clone(), true)
             }
             Some((_, test)) if is_school(run) => (test.clone(), false),
             _ => ((0..run.len()).collect(), false),
@@ -107,17 +107,18 @@ impl<'a> Parts<'a> {
             places,
             unseen,
             unseen_is_validation,
-            school: school.map(|(school, _)| school),
+            source: source.map(|(source, _)| source),
         })
     }
 
     /// Number of those who will take part.
-    pub fn contenders(&self, model: &Model) -> usize {
+    pub fn methods(&self, model: &Model) -> usize {
         let input = &model.header.recipe.input;
         let narrow = usize::from(model.features() != WIDE_BITS);
-        let baselines =
-            |school: &School| 2 + narrow + usize::from(moves_show(input, &school.recording));
-        3 + self.school.as_ref().map_or(0, baselines)
+        let baselines = |source: &TrainingSource| {
+            2 + narrow + usize::from(moves_show(input, &source.recording))
+        };
+        3 + self.source.as_ref().map_or(0, baselines)
     }
 
     /// Unseen snapshots at places that training saw.
@@ -178,7 +179,7 @@ pub fn odometry_is_the_truth(recording: &Recording) -> bool {
 }
 
 /// Someone who can be asked where the robot is.
-pub struct Contender {
+pub struct Method {
     /// Key in results.
     pub name: &'static str,
     /// In words, for tables.
@@ -188,13 +189,13 @@ pub struct Contender {
     /// What the map keeps of a place besides its pose, in bytes.
     pub bytes_per_place: Option<usize>,
     /// Error reduction of one snapshot on the unseen part, under the priors asked for.
-    pub held_out: Vec<Score>,
+    pub held_out: Vec<ErrorReduction>,
     /// Likelihood of every cell; `None`: odometry alone.
     pub sensor: Option<Box<dyn SensorModel>>,
 }
 
-/// Everything that does not depend on the contender.
-pub struct Arena<'a> {
+/// Everything that does not depend on the method.
+pub struct BaselineContext<'a> {
     /// The model that was learned.
     pub model: &'a Model,
     /// What it saw and didn't.
@@ -213,14 +214,14 @@ pub struct Arena<'a> {
 ///
 /// # Errors
 /// Where the run lacks the sensors that the model works from.
-pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
-    let Arena {
+pub fn methods(context: &BaselineContext) -> Result<Vec<Method>> {
+    let BaselineContext {
         model,
         parts,
         grid,
         evidence,
         ..
-    } = arena;
+    } = context;
     let places = model.places();
     let config = &model.header.recipe.map;
     let cells = Neighbours::find(&places, grid.places(), &config.nearness)?;
@@ -234,14 +235,14 @@ pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
     )?;
     let rounded = (bits(&answers), map_of_bits, Evidence::MeanField);
     let mut all = vec![
-        arena.features(
+        context.features(
             "learned",
             format!("{n} learned features"),
             size_of::<f32>() * n,
             &cells,
             (answers, model.map()?, *evidence),
         )?,
-        arena.features(
+        context.features(
             "learned_bits",
             format!("{n} learned, as bits"),
             n.div_ceil(8),
@@ -249,20 +250,20 @@ pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
             rounded,
         )?,
     ];
-    if let Some(school) = &parts.school {
-        all.extend(kernels(arena, school, &cells)?);
+    if let Some(source) = &parts.source {
+        all.extend(kernels(context, source, &cells)?);
         if n != WIDE_BITS {
             let evidence = if n > MOST_FEATURES {
                 Evidence::MeanField
             } else {
                 *evidence
             };
-            all.push(arena.random_bits(school, &cells, config, (n, evidence, "random_bits"))?);
+            all.push(context.random_bits(source, &cells, config, (n, evidence, "random_bits"))?);
         }
         let wide = (WIDE_BITS, Evidence::MeanField, "random_bits_64");
-        all.push(arena.random_bits(school, &cells, config, wide)?);
+        all.push(context.random_bits(source, &cells, config, wide)?);
     }
-    all.push(Contender {
+    all.push(Method {
         name: "odometry_only",
         title: "odometry alone".into(),
         bandwidth: None,
@@ -273,23 +274,23 @@ pub fn contenders(arena: &Arena) -> Result<Vec<Contender>> {
     Ok(all)
 }
 
-impl Arena<'_> {
+impl BaselineContext<'_> {
     fn random_bits(
         &self,
-        school: &School,
+        source: &TrainingSource,
         cells: &Neighbours,
         map: &MapConfig,
         (bits, evidence, name): (usize, Evidence, &'static str),
-    ) -> Result<Contender> {
+    ) -> Result<Method> {
         let input = Input::fit(
             &self.model.header.recipe.input,
-            &school.recording,
-            &school.training,
+            &source.recording,
+            &source.training,
         )?;
         let detector = RandomProjection::new(input, bits, self.seed);
         let of_school = detector
-            .probabilities(&school.recording)?
-            .select(Axis(0), &school.training);
+            .probabilities(&source.recording)?
+            .select(Axis(0), &source.training);
         let map = FeatureMap::new(self.model.places(), of_school.mapv(f64::from), map.clone())?;
         let answers = detector.probabilities(self.parts.run)?;
         self.features(
@@ -301,7 +302,7 @@ impl Arena<'_> {
         )
     }
 
-    /// A contender who answers by features: what they are on the run, their map, and how they are held against it.
+    /// A method who answers by features: what they are on the run, their map, and how they are held against it.
     fn features(
         &self,
         name: &'static str,
@@ -309,10 +310,10 @@ impl Arena<'_> {
         bytes_per_place: usize,
         cells: &Neighbours,
         (answers, map, evidence): (Array2<f32>, FeatureMap, Evidence),
-    ) -> Result<Contender> {
+    ) -> Result<Method> {
         let held_out = self.judge(&answers, &map, evidence)?;
         let sensor = FeatureModel::new(&answers, map.from_neighbours(cells)?, evidence);
-        Ok(Contender {
+        Ok(Method {
             name,
             title,
             bandwidth: None,
@@ -329,7 +330,7 @@ impl Arena<'_> {
         answers: &Array2<f32>,
         map: &FeatureMap,
         evidence: Evidence,
-    ) -> Result<Vec<Score>> {
+    ) -> Result<Vec<ErrorReduction>> {
         let candidates = self.model.places();
         let at_candidates = map.at(&candidates)?;
         self.on_counted(|prior, truths| {
@@ -345,8 +346,8 @@ impl Arena<'_> {
 
     pub(super) fn on_counted(
         &self,
-        score: impl Fn(Uncertainty, &[usize]) -> Result<Score>,
-    ) -> Result<Vec<Score>> {
+        score: impl Fn(Uncertainty, &[usize]) -> Result<ErrorReduction>,
+    ) -> Result<Vec<ErrorReduction>> {
         let covered = self.parts.covered(self.model);
         let candidates = self.model.places();
         let counted = |prior| held_out::counted(prior, &self.parts.places, &covered, &candidates);

@@ -40,24 +40,27 @@ fn recipe() -> Recipe {
         uncertainty: Uncertainty::Global,
         ..Recipe::default()
     };
-    (recipe.descent.queries, recipe.descent.places) = (20, 48);
+    (
+        recipe.descent.truths_per_step,
+        recipe.descent.candidates_per_step,
+    ) = (20, 48);
     recipe
 }
 
-fn with_lesson<T>(recipe: &Recipe, ask: impl FnOnce(&Lesson) -> T) -> T {
+fn with_lesson<T>(recipe: &Recipe, ask: impl FnOnce(&TrainingSet) -> T) -> T {
     let recording = recording();
     let everything = Split {
         train: (0..recording.len()).collect(),
         ..Split::default()
     };
-    ask(&Lesson::prepare(recipe, &recording, &everything).unwrap())
+    ask(&TrainingSet::prepare(recipe, &recording, &everything).unwrap())
 }
 
 #[test]
 fn a_step_draws_the_same_again_and_another_one_draws_otherwise() {
     let recipe = recipe();
-    with_lesson(&recipe, |lesson| {
-        let inputs = |step| Draw::new(&recipe, lesson, step).unwrap().inputs;
+    with_lesson(&recipe, |training_set| {
+        let inputs = |step| MiniBatch::new(&recipe, training_set, step).unwrap().inputs;
         assert_eq!(inputs(3), inputs(3));
         assert_ne!(inputs(3), inputs(4));
         assert_eq!(inputs(3).nrows(), 20 + 48);
@@ -67,15 +70,15 @@ fn a_step_draws_the_same_again_and_another_one_draws_otherwise() {
 #[test]
 fn truths_are_moved_and_candidates_are_not() {
     let known = |recipe: &Recipe| {
-        with_lesson(recipe, |lesson| {
-            let draw = Draw::new(recipe, lesson, 0).unwrap();
+        with_lesson(recipe, |training_set| {
+            let mini_batch = MiniBatch::new(recipe, training_set, 0).unwrap();
             let is_known = |row: usize| {
-                let own = lesson.inputs.rows();
-                own.into_iter().any(|own| own == draw.inputs.row(row))
+                let own = training_set.inputs.rows();
+                own.into_iter().any(|own| own == mini_batch.inputs.row(row))
             };
-            let all = draw.inputs.nrows();
+            let all = mini_batch.inputs.nrows();
             let count = |rows: std::ops::Range<usize>| rows.filter(|&row| is_known(row)).count();
-            (count(0..draw.truths), count(draw.truths..all))
+            (count(0..mini_batch.truths), count(mini_batch.truths..all))
         })
     };
     assert_eq!(known(&recipe()), (0, 48));
@@ -107,10 +110,13 @@ fn candidates_come_in_stretches_and_ascending() {
 fn a_run_that_is_left_out_is_none_of_the_candidates() {
     let mut recipe = recipe();
     recipe.descent.leave_run_out = true;
-    (recipe.descent.queries, recipe.descent.places) = (200, 0);
-    with_lesson(&recipe, |lesson| {
-        let draw = Draw::new(&recipe, lesson, 0).unwrap();
-        assert_eq!((draw.truths, draw.inputs.nrows()), (48, 144)); // one run, then the two others
+    (
+        recipe.descent.truths_per_step,
+        recipe.descent.candidates_per_step,
+    ) = (200, 0);
+    with_lesson(&recipe, |training_set| {
+        let mini_batch = MiniBatch::new(&recipe, training_set, 0).unwrap();
+        assert_eq!((mini_batch.truths, mini_batch.inputs.nrows()), (48, 144)); // one run, then the two others
     });
 }
 

@@ -10,7 +10,7 @@ use super::{
     PseudoPatterns, array,
     batch::{Noise, reduction, scale},
     no_number,
-    stage::Stage,
+    phase::Phase,
     tensor,
 };
 use crate::{
@@ -22,17 +22,17 @@ use crate::{
     error::Result,
     learning::{
         checkpoint::Checkpoint,
-        lesson::Lesson,
         optimiser::InPlace,
+        problem::Workspace,
         recipe::{Optimiser, Recipe},
-        task::Workspace,
+        training_set::TrainingSet,
     },
 };
 use burn::tensor::Device;
 use ndarray::{Array2, ArrayView2, Zip};
 
 /// The networks with all that a step of theirs needs.
-pub struct Fast {
+pub struct ArrayBackend {
     weights: Weights,
     gradient: Weights,
     stacked: Stacked,
@@ -50,7 +50,7 @@ struct Patterns {
     gradient: Array2<f32>,
 }
 
-impl Fast {
+impl ArrayBackend {
     /// Where these networks are trained faster here: on the CPU, small, all at once, all snapshots at every step, by a
     /// plain step down the gradient.
     pub fn of(recipe: &Recipe, weights: &Weights, device: &Device) -> Option<Self> {
@@ -59,7 +59,7 @@ impl Fast {
             && *device == device::cpu()
             && recipe.network.gain == 1.0
             && d.optimiser != Optimiser::ConjugateGradient
-            && d.queries == 0
+            && d.truths_per_step == 0
             && d.gradient_limit == 0.0
             && !d.sequential;
         fits.then(|| Self {
@@ -77,7 +77,7 @@ impl Fast {
     ///
     /// # Errors
     /// Where the device does not give its data back.
-    pub fn take_up(&mut self, now: &Checkpoint) -> Result<()> {
+    pub fn load(&mut self, now: &Checkpoint) -> Result<()> {
         self.weights = now.nets.weights()?;
         self.descent = InPlace::after(&now.descent)?;
         let patterns = now.pseudo_patterns.clone().map(|patterns| {
@@ -91,7 +91,7 @@ impl Fast {
     }
 
     /// Says where the training stands, as tensors.
-    pub fn put_down(&self, now: &mut Checkpoint, device: &Device) {
+    pub fn store(&self, now: &mut Checkpoint, device: &Device) {
         now.nets = Nets::new(&self.weights, device);
         now.descent = self.descent.descent(&now.nets);
         now.pseudo_patterns = self.patterns.as_ref().map(|patterns| PseudoPatterns {
@@ -107,13 +107,13 @@ impl Fast {
     pub fn step(
         &mut self,
         recipe: &Recipe,
-        lesson: &Lesson,
+        training_set: &TrainingSet,
         noise: &Noise,
         workspace: &mut Workspace,
         now: &mut Checkpoint,
     ) -> Result<()> {
         // One way into the pool of threads for the whole step.
-        let evaluated = rayon::scope(|_| self.descend(recipe, lesson, noise, workspace))?;
+        let evaluated = rayon::scope(|_| self.descend(recipe, training_set, noise, workspace))?;
         if let Some(reduction) = evaluated {
             now.evaluations += 1;
             now.training = reduction;
@@ -126,13 +126,13 @@ impl Fast {
     fn descend(
         &mut self,
         recipe: &Recipe,
-        lesson: &Lesson,
+        training_set: &TrainingSet,
         noise: &Noise,
         workspace: &mut Workspace,
     ) -> Result<Option<f64>> {
         let step = self.descent.steps;
-        let (place, first) = Stage::at(recipe, step).place_in_series(recipe, step);
-        let inputs = lesson.inputs.view();
+        let (place, first) = Phase::at(recipe, step).place_in_series(recipe, step);
+        let inputs = training_set.inputs.view();
         let shape = (inputs.nrows(), recipe.features);
         if self.activation.dim() != shape {
             self.activation = Array2::zeros(shape);
@@ -151,8 +151,8 @@ impl Fast {
             }
             _ => {
                 let with_map = recipe.descent.map_in_objective;
-                let (errors, mut slope) = lesson.objective(workspace, g, with_map)?;
-                let scale = scale(recipe, errors, lesson.truths());
+                let (errors, mut slope) = training_set.objective(workspace, g, with_map)?;
+                let scale = scale(recipe, errors, training_set.truths());
                 slope *= scale as f32;
                 let error = errors.posterior_error_m * scale;
                 if !(error.is_finite() && slope.iter().all(|g| g.is_finite())) {

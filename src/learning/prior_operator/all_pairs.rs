@@ -10,7 +10,7 @@ use std::ops::Range;
 
 /// Every candidate for every truth. Up to some thousands of places the distances are kept; beyond, they are made block
 /// by block, used and dropped, so that memory grows no faster than the number of places.
-pub struct Everywhere {
+pub struct AllPairs {
     truths: Vec<[f64; 2]>,
     candidates: Vec<[f64; 2]>,
     /// `[truth, candidate]`, in metres.
@@ -28,7 +28,7 @@ const ROWS: usize = 4;
 /// Most distances that are kept: 200 MB.
 const MOST_KEPT: usize = 25_000_000;
 
-impl Everywhere {
+impl AllPairs {
     pub(super) fn new(truths: &[Pose], candidates: &[Pose]) -> Self {
         let at = |poses: &[Pose]| poses.iter().map(|p| [p.x_m, p.y_m]).collect();
         Self::between(at(truths), at(candidates))
@@ -67,7 +67,7 @@ impl Everywhere {
         places: Range<usize>,
         tile: usize,
         rows: &Rows<T>,
-        by_error: &mut [Lanes<f64>],
+        weighted: &mut [Lanes<f64>],
     ) {
         let kept = self.kept.as_deref();
         let by_truths = asking == Asking::Truths || self.symmetric;
@@ -75,7 +75,7 @@ impl Everywhere {
             Asking::Truths => (&self.truths[..], &self.candidates[..]),
             Asking::Candidates => (&self.candidates[..], &self.truths[..]),
         };
-        for (first, out) in places.step_by(ROWS).zip(by_error.chunks_mut(ROWS)) {
+        for (first, out) in places.step_by(ROWS).zip(weighted.chunks_mut(ROWS)) {
             out.fill(Lanes::<f64>::default());
             for start in (0..to.len()).step_by(BLOCK) {
                 let end = (start + BLOCK).min(to.len());
@@ -122,7 +122,7 @@ fn sums<T: Real>(
     let (mut s0, mut s1, mut s2, mut s3) = (nothing, nothing, nothing, nothing);
     let [e0, e1, e2, e3] = e;
     let of_places =
-        rows.by_error[places.start * rows.tiles..places.end * rows.tiles].chunks_exact(rows.tiles);
+        rows.weighted[places.start * rows.tiles..places.end * rows.tiles].chunks_exact(rows.tiles);
     for ((((row, &e0), &e1), &e2), &e3) in of_places.zip(e0).zip(e1).zip(e2).zip(e3) {
         let row = row[tile];
         for l in 0..LANES {
@@ -145,17 +145,17 @@ fn sums<T: Real>(
 pub(super) fn add_up<T: Real>(rows: &Rows<T>, total: &mut Vec<Lanes<f64>>, vectors: Vectors) {
     total.clear();
     total.resize(rows.tiles, Lanes::<f64>::default());
-    match rows.plain {
-        Some(plain) => vectors.run(AddUp { plain, total }),
+    match rows.unweighted {
+        Some(unweighted) => vectors.run(AddUp { unweighted, total }),
         None => vectors.run(AddUp {
-            plain: rows.by_error,
+            unweighted: rows.weighted,
             total,
         }),
     }
 }
 
 struct AddUp<'a, T> {
-    plain: &'a [Lanes<T>],
+    unweighted: &'a [Lanes<T>],
     total: &'a mut [Lanes<f64>],
 }
 
@@ -164,7 +164,7 @@ impl<T: Real> Kernel for AddUp<'_, T> {
 
     #[inline(always)]
     fn run(self) {
-        for row in self.plain.chunks_exact(self.total.len()) {
+        for row in self.unweighted.chunks_exact(self.total.len()) {
             for (total, row) in self.total.iter_mut().zip(row) {
                 for l in 0..LANES {
                     total[l] += row[l].wide();
