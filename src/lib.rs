@@ -87,6 +87,7 @@ pub mod experiment;
 pub mod report;
 
 // arguments in, exit status out
+#[cfg(feature = "cli")]
 pub mod cli;
 
 pub use error::{Error, Result};
