@@ -254,7 +254,7 @@ impl Verdict {
                     distance_m: distance_m[rows[0]],
                     judgement: Judgement::of(
                         &responses.table(rows.iter().copied()),
-                        &numbered(&units),
+                        &units,
                         effort,
                         seed,
                     ),
@@ -382,16 +382,4 @@ impl Verdict {
         }
         text
     }
-}
-
-/// The same partition with numbers from 0 without gaps, in order of first appearance.
-fn numbered(units: &[usize]) -> Vec<usize> {
-    let mut numbers = HashMap::new();
-    units
-        .iter()
-        .map(|unit| {
-            let next = numbers.len();
-            *numbers.entry(unit).or_insert(next)
-        })
-        .collect()
 }

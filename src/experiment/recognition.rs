@@ -4,10 +4,7 @@
 //! answered, and the parameters of each system are set so that all give the same number of responses N_R: more responses
 //! can tell more, whoever gives them.
 
-use super::{
-    protocol::Protocol,
-    standard::{MOST_DRAWINGS, numbered_from_zero},
-};
+use super::{protocol::Protocol, standard::MOST_DRAWINGS};
 use crate::{
     error::{Error, Result},
     recogniser::{self, Config, Kind, Learned, Recogniser, dial::Dial},
@@ -186,7 +183,7 @@ pub fn recognise(
         })?;
         table.record(location, *class);
     }
-    let (_, unit_of) = numbered_from_zero(protocol.testing.iter().map(|&k| protocol.unit[k]));
+    let unit_of: Vec<usize> = protocol.testing.iter().map(|&k| protocol.unit[k]).collect();
     let effort = Effort {
         permutations: recognition.permutations,
         resamples: recognition.resamples,

@@ -22,6 +22,7 @@ use crate::{
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 
 /// The constants of the standard experiment; the default is D98's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -284,7 +285,8 @@ pub fn play(
             config.bin_m
         )));
     };
-    let (units, unit_of) = numbered_from_zero(trials.iter().map(|trial| trial.unit));
+    let unit_of: Vec<usize> = trials.iter().map(|trial| trial.unit).collect();
+    let units = unit_of.iter().collect::<HashSet<_>>().len();
     let of_mean = Interval::of_mean(&tables, &unit_of, config.resamples, seed);
     let reaches = |row: &AtDistance| {
         row.uncertainty_coefficient
@@ -419,16 +421,6 @@ fn at_distance(distance_m: f64, table: &Contingency<usize, Answer>) -> AtDistanc
 fn mean(figures: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, number) = figures.fold((0.0, 0.0), |(sum, n), figure| (sum + figure, n + 1.0));
     (number > 0.0).then(|| sum / number)
-}
-
-/// How many different numbers there are, and which of them, in rising order, each is.
-pub(super) fn numbered_from_zero(units: impl Iterator<Item = usize>) -> (usize, Vec<usize>) {
-    let units: Vec<usize> = units.collect();
-    let mut different = units.clone();
-    different.sort_unstable();
-    different.dedup();
-    let number = |unit: &usize| different.partition_point(|other| other < unit);
-    (different.len(), units.iter().map(number).collect())
 }
 
 #[cfg(test)]

@@ -7,7 +7,10 @@ use super::{
 use crate::seed::Seed;
 use rand::RngExt;
 use rayon::prelude::*;
-use std::{collections::BTreeMap, hash::Hash};
+use std::{
+    collections::{BTreeMap, HashMap},
+    hash::Hash,
+};
 
 /// A 95 % interval of the coefficient corrected for chance.
 ///
@@ -27,8 +30,8 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// The interval from `resamples` drawings of units; `unit_of[k]`, in 0..units, is the unit of the k-th data point
-    /// recorded. `None` where there are fewer than two units or the coefficient is undefined, of the table or of more
+    /// The interval from `resamples` drawings of units; `unit_of[k]` is the unit of the k-th data point recorded, by any
+    /// number. `None` where there are fewer than two units or the coefficient is undefined, of the table or of more
     /// than half of the drawings.
     ///
     /// The drawings come from numbered streams of `seed`: the result is the same for any number of threads.
@@ -61,7 +64,7 @@ impl Interval {
         resamples: u64,
         seed: Seed,
     ) -> Option<Self> {
-        let units = unit_of.iter().max().map_or(0, |&last| last + 1);
+        let (units, unit_of) = numbered(unit_of);
         if units < 2 || tables.iter().any(|table| unit_of.len() != table.len()) {
             return None;
         }
@@ -102,6 +105,17 @@ impl Interval {
             high: (quantile(&resampled, 0.975) + shift).clamp(coefficient, 1.0),
         })
     }
+}
+
+/// How many different numbers there are, and which of them, in the order of their first appearance from 0, each is.
+fn numbered(units: &[usize]) -> (usize, Vec<usize>) {
+    let mut numbers = HashMap::new();
+    let number = |unit| {
+        let next = numbers.len();
+        *numbers.entry(unit).or_insert(next)
+    };
+    let numbered = units.iter().map(number).collect();
+    (numbers.len(), numbered)
 }
 
 /// Mean corrected coefficient of the tables that have one, where the k-th data point counts `weight(k)` times.
@@ -152,6 +166,20 @@ mod tests {
             interval.high - interval.low
         };
         assert!(width(&trial_of) > 2.0 * width(&row_of));
+    }
+
+    /// Trials may be numbered by anything, such as time stamps: memory goes by how many there are.
+    #[test]
+    fn units_may_have_any_numbers() {
+        let mut table = Contingency::new();
+        (0..60).for_each(|k| table.record(k % 3, if k % 7 == 0 { 9 } else { k % 3 }));
+        let with = |number: fn(usize) -> usize| {
+            let units: Vec<usize> = (0..60).map(|k| number(k / 6)).collect();
+            Interval::by_bootstrap(&table, &units, 300, Seed(1)).unwrap()
+        };
+        let dense = with(|unit| unit);
+        assert_eq!(with(|unit| 7 + unit * 4_000_000_000), dense);
+        assert_eq!(with(|unit| usize::MAX - unit), dense);
     }
 
     #[test]
