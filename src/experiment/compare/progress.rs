@@ -1,4 +1,4 @@
-//! What somebody who waits is told.
+//! How far a comparison is, for whoever waits for it.
 
 /// How far a comparison is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,17 +11,21 @@ pub struct Progress<'a> {
     pub now: &'a str,
 }
 
-/// Counts what is done and tells it on.
+/// Counts what is done and reports it.
 pub(super) struct ProgressCounter<'a> {
     begun: usize,
     of: usize,
-    tell: &'a mut dyn FnMut(Progress),
+    report: &'a mut dyn FnMut(Progress),
 }
 
 impl<'a> ProgressCounter<'a> {
     /// Before the first of so many steps.
-    pub fn new(of: usize, tell: &'a mut dyn FnMut(Progress)) -> Self {
-        Self { begun: 0, of, tell }
+    pub fn new(of: usize, report: &'a mut dyn FnMut(Progress)) -> Self {
+        Self {
+            begun: 0,
+            of,
+            report,
+        }
     }
 
     /// The next step begins.
@@ -32,7 +36,7 @@ impl<'a> ProgressCounter<'a> {
 
     /// The step goes on.
     pub fn meanwhile(&mut self, now: &str) {
-        (self.tell)(Progress {
+        (self.report)(Progress {
             done: self.begun.saturating_sub(1),
             of: self.of,
             now,

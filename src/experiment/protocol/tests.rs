@@ -134,10 +134,6 @@ fn what_cannot_be_staged_says_what_to_ask_for() {
     assert!(error.to_string().contains("from 0 s to"), "{error}");
     for (config, key) in [
         (
-            "mapping = 'split'\nsplit = { unit = '15m' }",
-            "protocol.split.test_fold",
-        ),
-        (
             "mapping = 'split'\ntruth = 'odometry'\nsplit = { test_fold = 0 }",
             "protocol.truth",
         ),
