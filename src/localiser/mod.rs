@@ -29,6 +29,7 @@ pub mod dead_reckoning;
 pub mod evidence_based;
 mod filter;
 pub mod landmark_classifier;
+pub mod live;
 pub mod local_grid;
 pub mod memoryless;
 pub mod place_map;
@@ -36,6 +37,7 @@ mod prepared;
 pub mod sensor_model;
 
 pub use filter::BayesLocaliser;
+pub use live::{LiveConfig, LiveLocaliser};
 pub use sensor_model::{PreparedSensorModel, SensorModel};
 
 use crate::{
