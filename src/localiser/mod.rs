@@ -28,16 +28,19 @@ pub mod bayes;
 pub mod codes;
 pub mod dead_reckoning;
 pub mod evidence_based;
-pub mod features;
 mod filter;
-pub mod kernel;
 pub mod landmark_classifier;
+pub mod live;
 pub mod local_grid;
 pub mod memoryless;
 pub mod place_map;
 pub mod prepared;
+pub mod responses;
+pub mod sensor_model;
 
-pub use filter::{BayesLocaliser, SensorModel};
+pub use filter::BayesLocaliser;
+pub use live::{LiveConfig, LiveLocaliser};
+pub use sensor_model::{PreparedSensorModel, SensorModel};
 
 use crate::{
     error::Result,

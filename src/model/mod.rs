@@ -20,6 +20,7 @@ mod arrays;
 mod layout;
 pub mod npz;
 pub mod safetensors;
+pub mod seen;
 
 use crate::{
     belief::{FeatureMap, OdometryMotion, Places, Uncertainty},
