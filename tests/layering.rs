@@ -1,5 +1,9 @@
 //! The order of rooms, kept: a room uses only rooms above it in `src/lib.rs`, and a few rooms less than that.
 
+#[path = "layering/rings.rs"]
+mod rings;
+#[path = "layering/scopes.rs"]
+mod scopes;
 #[path = "layering/source.rs"]
 mod source;
 
@@ -187,6 +191,15 @@ fn rooms_use_only_rooms_above_them() {
     let uses: usize = tree.iter().map(|(f, t)| named(f, t).len()).sum();
     assert!(uses > 500, "only {uses} paths found");
     let found = violations(&tree);
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
+
+#[test]
+fn no_files_use_one_another_in_a_ring() {
+    let mut tree = Tree::new();
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    read_tree(&source, "src", &mut tree);
+    let found = rings::rings(&tree);
     assert!(found.is_empty(), "\n{}", found.join("\n"));
 }
 
