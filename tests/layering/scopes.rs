@@ -75,11 +75,14 @@ pub fn scan(file: &str, text: &str) -> Scanned {
             for (name, path) in leaves {
                 if name == "*" {
                     if !public {
+                        // No item is called so: the glob counts for the module's own file.
+                        let path = [&path[..], &[name]].concat();
                         named.push(Used {
                             module: module.clone(),
-                            path: path.clone(),
+                            path,
                             line,
                         });
+                    });
                     }
                     scope.globs.push(path);
                 } else {
