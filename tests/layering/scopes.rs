@@ -82,7 +82,6 @@ pub fn scan(file: &str, text: &str) -> Scanned {
                             path,
                             line,
                         });
-                    });
                     }
                     scope.globs.push(path);
                 } else {
