@@ -14,7 +14,7 @@ use crate::{
         Recording,
         split::{AUTO_STRETCH_M, ENOUGH_RUNS, Unit},
     },
-    storage,
+    toml_file::TomlFile,
 };
 use serde::{Deserialize, Serialize};
 use std::{
@@ -143,17 +143,14 @@ impl CompareConfig {
     /// # Errors
     /// As [`CompareConfig::read`].
     pub fn read_with(registry: &Registry, path: &Path) -> Result<Self> {
-        let text = String::from_utf8(storage::read_file(path)?).map_err(|_| {
-            Error::usage(format!("{}: not UTF-8 text; expected TOML", path.display()))
-        })?;
-        Self::parse_with(registry, &text).map_err(|e| e.in_file(path))
+        Self::from_file(registry, &TomlFile::read(path)?)
     }
 
     /// The same from a text.
     ///
     /// # Errors
-    /// A usage error: a key that is unknown or of the wrong type (the message names the line), a system of unknown kind,
-    /// two of one name, nothing to compare, nothing asked.
+    /// A usage error that names the line, as far as one key or table is at fault: a key that is unknown or of the wrong
+    /// type, a value that makes no sense, a system of unknown kind, two of one name, nothing to compare, nothing asked.
     pub fn parse(text: &str) -> Result<Self> {
         Self::parse_with(&Registry::built_in(), text)
     }
@@ -163,19 +160,15 @@ impl CompareConfig {
     /// # Errors
     /// As [`CompareConfig::parse`].
     pub fn parse_with(registry: &Registry, text: &str) -> Result<Self> {
-        let line = |at: usize| {
-            let before = text.bytes().take(at.min(text.len()));
-            1 + before.filter(|byte| *byte == b'\n').count()
-        };
-        let file: File = toml::from_str(text).map_err(|e| {
-            let at = e.span().map_or(0, |span| span.start);
-            let fault = e.message().replace('\n', " ");
-            Error::usage(format!("line {}: {fault}", line(at)))
-        })?;
+        Self::from_file(registry, &TomlFile::from_text(text))
+    }
+
+    fn from_file(registry: &Registry, text: &TomlFile) -> Result<Self> {
+        let file: File = text.parse()?;
         let system = file.system.into_iter().map(|keys| {
             let at: BTreeMap<String, usize> = keys
                 .iter()
-                .map(|(key, value)| (key.clone(), line(value.span().start)))
+                .map(|(key, value)| (key.clone(), text.line_at(value.span().start)))
                 .collect();
             let first = at.values().min().copied().unwrap_or(1);
             let keys = keys
@@ -183,7 +176,7 @@ impl CompareConfig {
                 .map(|(key, value)| (key, value.into_inner()));
             registry.parse(keys.collect()).map_err(|(key, fault)| {
                 let line = key.and_then(|key| at.get(&key)).unwrap_or(&first);
-                Error::usage(format!("line {line}: [[system]]: {fault}"))
+                text.refusal(*line, format!("[[system]]: {fault}"))
             })
         });
         let config = Self {
@@ -196,7 +189,7 @@ impl CompareConfig {
             error_reduction: file.error_reduction,
             landmarks: file.landmarks,
         };
-        config.check()?;
+        config.check().map_err(|fault| text.locate(fault))?;
         Ok(config)
     }
 
