@@ -18,8 +18,11 @@ mod kernel;
 mod share;
 
 use super::net::{Activation, Layer, Weights};
-use crate::error::{Error, Result};
-use kernel::{BLOCK, STEP, lanes, widest};
+use crate::{
+    error::{Error, Result},
+    simd,
+};
+use kernel::{BLOCK, STEP};
 use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use rayon::prelude::*;
 use share::{Backward, CHUNK, Forward, Share, Source, add};
@@ -101,7 +104,7 @@ impl Block {
         let (features, inputs, outputs) = layer.weight.dim();
         let width_in = if first { inputs } else { features * inputs };
         let width_out = features * outputs;
-        let stride_out = width_out.next_multiple_of(lanes().max(BLOCK));
+        let stride_out = width_out.next_multiple_of(simd::lanes().max(BLOCK));
         let transposed = if first {
             0
         } else {
@@ -233,7 +236,7 @@ impl Stacked {
                 noise,
                 position: at * length * width,
             };
-            widest(Forward {
+            simd::run_in_registers(Forward {
                 share,
                 layers,
                 activation,
@@ -281,7 +284,7 @@ impl Stacked {
                 noise,
                 position: at * length * width,
             };
-            widest(Backward {
+            simd::run_in_registers(Backward {
                 share,
                 layers,
                 activation,
