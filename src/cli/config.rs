@@ -3,7 +3,10 @@
 use crate::{
     error::{Error, Result},
     experiment::localisation::LocaliseConfig,
-    learning::{Recipe, recipe::Named},
+    learning::{
+        Recipe,
+        recipe::{FORMER_KEYS, Named},
+    },
     storage,
 };
 use serde::Deserialize;
@@ -48,8 +51,9 @@ impl Experiment {
         let merged = || -> std::result::Result<Recipe, toml::de::Error> {
             let mut keys =
                 toml::Value::try_from(named.recipe()).map_err(serde::de::Error::custom)?;
-            let told: toml::Table = toml::from_str(&text)?;
-            if let Some(train) = told.get("train") {
+            let mut table: toml::Table = toml::from_str(&text)?;
+            if let Some(train) = table.get_mut("train") {
+                with_current_names(train);
                 put_over(&mut keys, train);
             }
             keys.try_into()
@@ -57,6 +61,18 @@ impl Experiment {
         experiment.train =
             merged().map_err(|e| Error::usage(format!("{}: {}", path.display(), e.message())))?;
         Ok(experiment)
+    }
+}
+
+/// Gives the keys of `[train]` that had another name in the version before their names of now.
+fn with_current_names(train: &mut toml::Value) {
+    let Some(descent) = train.get_mut("descent").and_then(|d| d.as_table_mut()) else {
+        return;
+    };
+    for (former, current) in FORMER_KEYS {
+        if let Some(value) = descent.remove(former) {
+            descent.entry(current).or_insert(value);
+        }
     }
 }
 

@@ -277,6 +277,11 @@ fn a_configuration_at_fault_is_a_wrong_call_and_names_the_line() {
             &["augmentation.shift_m = -1"],
         ),
         (
+            "[train.descent]\ntruths_per_step = 0\n",
+            &["descent.truths_per_step = 0", "augmentation.shift_m"],
+        ),
+        // Read under its name of the version before.
+        (
             "[train.descent]\nqueries = 0\n",
             &["descent.truths_per_step = 0", "augmentation.shift_m"],
         ),
