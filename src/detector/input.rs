@@ -203,7 +203,7 @@ impl Input {
     ///
     /// # Errors
     /// Where the recording lacks a channel that the model was trained on, or has it in another width or unit.
-    pub fn of(&self, recording: &Recording) -> Result<Array2<f32>> {
+    pub fn transform(&self, recording: &Recording) -> Result<Array2<f32>> {
         let raw = self.arrange(recording)?;
         Ok(self.normalise(self.pool(raw.view())))
     }

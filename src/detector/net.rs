@@ -331,6 +331,6 @@ impl Detector for NetDetector {
     }
 
     fn probabilities(&self, recording: &Recording) -> Result<Array2<f32>> {
-        self.respond(self.input.of(recording)?.view())
+        self.respond(self.input.transform(recording)?.view())
     }
 }

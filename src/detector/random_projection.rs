@@ -32,7 +32,7 @@ impl Detector for RandomProjection {
     }
 
     fn probabilities(&self, recording: &Recording) -> Result<Array2<f32>> {
-        let sides = self.input.of(recording)?.dot(&self.planes);
+        let sides = self.input.transform(recording)?.dot(&self.planes);
         Ok(sides.mapv(|side| if side > 0.0 { 1.0 - DOUBT } else { DOUBT }))
     }
 }

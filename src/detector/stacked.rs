@@ -27,7 +27,7 @@ use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use rayon::prelude::*;
 use share::{Backward, CHUNK, Forward, Share, Source, add};
 
-/// About as many snapshots are a share, where that does not make more shares than threads will ever ask for: every
+/// About as many snapshots are a share, where that does not make more shares than there will ever be threads for: every
 /// share has a gradient of its own, to be summed.
 const SHARE: usize = 10 * CHUNK;
 const MOST_SHARES: usize = 64;
@@ -48,7 +48,7 @@ pub struct Noise<'a> {
     pub deviation: f32,
 }
 
-/// Forward and backward of n stacked networks, with the room that they need kept from step to step.
+/// Forward and backward of n stacked networks, with buffers kept from step to step.
 ///
 /// ```
 /// use ballmark::{detector::{net::{NetConfig, Weights}, stacked::Stacked}, seed::Seed};

@@ -14,8 +14,7 @@
 //! derivative of eq. 42 itself. [`reference`] has these lines as dense matrices.
 //!
 //! A prior belief is uniform over the places it admits, so its height cancels in N/D and in U: sums over those places do
-//! for products with A and Bel. [`Objective::evaluate`] makes three passes over the places, in vectors and on all threads
-//! (`objective/passes.rs`); what each does with an outcome stands here.
+//! for products with A and Bel. `objective/passes.rs` has the three passes that [`Objective::evaluate`] makes.
 
 mod activations;
 mod evaluation;
@@ -36,15 +35,10 @@ pub use passes::Objective;
 /// Most features that 2^n outcomes allow.
 pub const MOST_FEATURES: usize = 12;
 
-/// D counts as at least this: saturated features would give 0/0. An outcome this rare adds at most its probability times
-/// the extent to the error.
+/// D counts as at least this, for saturated features: an outcome this rare adds at most this times the extent to the error.
 const SMALLEST_PROBABILITY: f64 = 1e-12;
 
-/// E_posterior and its gradient, for activations g of the truths `[truth, feature]` and of the map's places
-/// `[candidate, feature]`, and weights P(ξ*) of the truths, which sum to 1. An [`Objective`] does the same again and
-/// again, and in `f32`.
-///
-/// The witness: two places d apart, one feature that answers .9 and .2, a global prior: E = 25/99·d.
+/// [`Objective::evaluate`] once. Two places d apart, one feature that answers .9 and .2, a global prior: E = 25/99·d.
 ///
 /// ```
 /// use ballmark::belief::{Places, Uncertainty};
@@ -80,8 +74,7 @@ impl<T: Real> Objective<T> {
     /// the number of threads nor on what was evaluated before.
     ///
     /// # Errors
-    /// Where there is no feature or more than [`MOST_FEATURES`], or the numbers of places, features and weights do not fit
-    /// one another.
+    /// Where there is no feature or more than [`MOST_FEATURES`], or numbers of places, features and weights do not fit.
     pub fn evaluate(
         &mut self,
         prior: &PriorOperator,
@@ -117,8 +110,8 @@ struct Truth {
 }
 
 impl Truth {
-    /// For sixteen outcomes f, ∂E/∂P, U and U ∘ ē; and adds P · ∂E/∂P to E, both counted from the prior error: what is
-    /// small is rounded, not what it is the difference of. The gradient does not see it, as Σ_f P = 1.
+    /// For sixteen outcomes f, ∂E/∂P, U and U ∘ ē; and adds to E. Both E and ∂E/∂P are counted from the prior error, so that
+    /// the small difference is rounded, and not what it is the difference of; as Σ_f P = 1, ∂E/∂g is the same.
     #[inline(always)]
     fn expected_error<T: Real>(
         &self,

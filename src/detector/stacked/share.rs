@@ -1,4 +1,4 @@
-//! A share of the snapshots: what one thread does with them on the way forward and back, and the room it needs.
+//! A share of the snapshots: what one thread does with them on the way forward and back, and its buffers.
 
 use super::{
     Block, Noise, activation,

@@ -1,4 +1,4 @@
-//! What is done with rows while they are still in the cache, before any sum over them is asked for.
+//! What is done with rows while they are still in the cache, before the sums of any place are made.
 
 use super::{
     block_sums::{BLOCK, BlockSums, Sums, sum_blocks},
