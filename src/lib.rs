@@ -47,6 +47,7 @@ pub mod geometry;
 pub mod seed;
 mod simd;
 pub mod storage;
+pub mod toml_file;
 
 // arrays by name in one file
 pub mod archive;
