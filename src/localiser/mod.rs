@@ -22,6 +22,9 @@
 //! ```
 //!
 //! A new localiser is one file, which implements [`Localiser`] and [`Learn`], and one line in the registry below.
+//!
+//! A [`LiveLocaliser`] is for a robot that drives now, without a recording. What sensors say about the place is a
+//! [`SensorModel`], the same for both.
 
 pub mod bayes;
 pub mod codes;
