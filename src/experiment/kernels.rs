@@ -41,12 +41,12 @@ pub(super) fn kernels<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>
         ..context.model().header.recipe.input.clone()
     };
     let input = Input::fit(&config, &source.recording, &source.training)?.with_common_scale();
-    let of_source = input.of(&source.recording)?;
+    let of_source = input.transform(&source.recording)?;
     let recorded = of_source.select(Axis(0), &source.training);
     let queries = Queries {
         of_source,
         unseen: input
-            .of(context.parts.run)?
+            .transform(context.parts.run)?
             .select(Axis(0), &context.parts.unseen),
     };
 
@@ -57,7 +57,7 @@ pub(super) fn kernels<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>
         for view in 0..VIEWS {
             let mut random = context.seed().numbered_stream("moved views", view as u64);
             let moved = drawing.drawn(&source.training, &Moves::default(), &mut random)?;
-            views.push(input.of(&moved)?);
+            views.push(input.transform(&moved)?);
         }
         all.push(Method {
             name: "kernel_views".into(),

@@ -23,6 +23,9 @@
 //!
 //! A localiser of another crate implements [`Localiser`], and its constants [`LocaliserConfig`]: `examples/own_localiser.rs`.
 //! A new built-in one is one file, which implements [`Localiser`] and [`Learn`], and one line in the registry below.
+//!
+//! A [`LiveLocaliser`] is for a robot that drives now, without a recording. What sensors say about the place is a
+//! [`SensorModel`], the same for both.
 
 pub mod bayes;
 pub mod codes;

@@ -41,7 +41,6 @@ pub mod occupancy;
 mod prototypes;
 pub mod rce;
 pub mod signature;
-mod vectors;
 
 use crate::{
     detector::Detector,

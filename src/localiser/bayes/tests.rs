@@ -167,17 +167,17 @@ fn in_the_plane_the_compass_tells_north() {
 fn a_map_of_elsewhere_or_of_what_is_asked_later_is_refused() {
     let (recording, known) = in_the_plane();
     let first = first_run(&recording);
-    let told = |known: Known, snapshots: &[usize]| {
+    let refusal = |known: Known, snapshots: &[usize]| {
         let refused = Bayes::new(&coarse(), known, &recording, snapshots);
         refused.unwrap_err().to_string()
     };
     let mut moved = known.clone();
     moved.pose.iter_mut().for_each(|pose| pose.y_m += 300.0);
-    let error = told(moved, &first);
+    let error = refusal(moved, &first);
     assert!(error.starts_with("0 of 180 snapshots"), "{error}");
     // Learning from the second run alone, which is at the same places, the first should not be known.
     let second: Vec<usize> = recording.runs()[1].clone().collect();
-    let error = told(known.clone(), &second);
+    let error = refusal(known.clone(), &second);
     assert!(error.contains("180 snapshots of this recording"), "{error}");
 }
 
