@@ -188,7 +188,7 @@ pub(super) fn compared(
     };
     let mut progress: Option<Progress> = None;
     let compared = compare(&config, folders, &mut |at| {
-        let bar = progress.get_or_insert_with(|| Progress::new("comparing", at.of));
+        let bar = progress.get_or_insert_with(|| Progress::new("comparing", at.all));
         bar.at(at.done, at.now);
     });
     if let Some(bar) = progress {

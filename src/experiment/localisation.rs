@@ -323,7 +323,7 @@ fn by_localiser(
     let no_idea = Belief::uniform(context.grid.places())?;
     played(trials, |number, trial| {
         let start = run.poses()[trial.snapshots[0]];
-        let start = (known_start && localiser.is_told_the_start()).then_some(start);
+        let start = (known_start && localiser.asks_for_the_start()).then_some(start);
         let steps = player.play(&trial.snapshots, start, &mut stream(context, number))?;
         if steps.len() != trial.snapshots.len() {
             return Err(Error::work(format!(

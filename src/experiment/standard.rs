@@ -40,7 +40,7 @@ pub struct StandardConfig {
     pub permutations: u64,
     /// Bootstrap resamples for the intervals; 0: none.
     pub resamples: u64,
-    /// The coefficient whose distance is told (D98 Table 2).
+    /// The coefficient whose distance is reported (D98 Table 2).
     pub coefficient_to_reach: f64,
 }
 
@@ -217,7 +217,7 @@ struct Heard {
 /// let binning = protocol.binning(config.bin_m)?;
 /// let record = standard::play(&protocol, &binning, learned.as_localiser(), &config, Seed(1))?;
 /// assert_eq!(record.by_distance.len(), 201);
-/// assert_eq!(record.by_distance[0].uncertainty_coefficient, Some(1.0)); // it was told the start
+/// assert_eq!(record.by_distance[0].uncertainty_coefficient, Some(1.0)); // it knows the start
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 ///
@@ -346,7 +346,7 @@ fn replay(
     seed: Seed,
 ) -> Result<Vec<Step>> {
     let start = protocol.recording.poses()[trial.snapshots[0]];
-    let start = localiser.is_told_the_start().then_some(start);
+    let start = localiser.asks_for_the_start().then_some(start);
     let mut stream = seed.numbered_stream("standard trial", number as u64);
     let steps = player.play(&trial.snapshots, start, &mut stream)?;
     match steps.len() == trial.snapshots.len() {
@@ -381,12 +381,12 @@ fn heard(
             Some(Estimate::Place(p)) => binning.bin_of(p).map_or(Answer::Outside, Answer::Bin),
         };
         lost |= blind && answer == Answer::Outside;
-        // Most of a posterior lies too far away to be in the same bin, which is cheaply told.
+        // Most of a posterior lies too far away to be in the same bin, which is cheap to see.
         let [x, y] = protocol.place[snapshot];
         let near = |p: [f64; 2]| (p[0] - x).powi(2) + (p[1] - y).powi(2) <= diagonal_squared;
-        let there =
+        let at_location =
             |(place, _): &&Probable| near(*place) && binning.bin_of(*place) == Some(location);
-        let probability = step.posterior.iter().filter(there).map(|(_, p)| p).sum();
+        let probability = step.posterior.iter().filter(at_location).map(|(_, p)| p).sum();
         Ok(Heard {
             location,
             answer,

@@ -88,8 +88,8 @@ pub trait Localiser: Send + Sync {
     /// What it keeps of a place, pose included, in bytes; 0 where it keeps none.
     fn bytes_per_place(&self) -> usize;
 
-    /// Is it told the pose that a trial starts at? If not, it is lost at the start.
-    fn is_told_the_start(&self) -> bool {
+    /// Does it ask for the true pose that a trial starts at? If not, it is lost at the start.
+    fn asks_for_the_start(&self) -> bool {
         false
     }
 
@@ -121,7 +121,7 @@ pub trait Localiser: Send + Sync {
 pub trait Player: Sync {
     /// Plays a trial: snapshots among those prepared, of one run, in the order driven; some may be left out between them.
     /// `start` is the true pose at the first one, where it is given and the localiser
-    /// [asks for it](Localiser::is_told_the_start). One step a snapshot, and none of them depends on later snapshots.
+    /// [asks for it](Localiser::asks_for_the_start). One step a snapshot, and none of them depends on later snapshots.
     ///
     /// # Errors
     /// Where a belief falls apart, which is the localiser's fault, not the recording's.

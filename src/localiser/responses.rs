@@ -156,3 +156,47 @@ impl PreparedSensorModel for PreparedResponses {
             .log_likelihood(*self.classes.get(snapshot)?, belief)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        belief::{Nearness, Places},
+        recogniser::{Kind, learn, test_world::test_world},
+        seed::Seed,
+    };
+
+    /// Three mapped places a metre apart and one far off, two neighbours each.
+    #[test]
+    fn a_response_is_as_likely_as_it_was_given_near_the_place() {
+        let room = test_world();
+        let nearest = learn(&Kind::Nearest.default_config(), &room, &[0, 1, 2], Seed(1));
+        let map = Places::Route(vec![0.0, 1.0, 2.0]);
+        let cells = Arc::new(Places::Route(vec![0.4, 1.6, 50.0]));
+        let nearness = Nearness {
+            k: 2,
+            ..Nearness::default()
+        };
+        let near = Arc::new(Neighbours::find(&map, &cells, &nearness).unwrap());
+        assert!(!near.is_mapped(2));
+        let classes = vec![Some(4), Some(4), None];
+        let model = ResponseModel::new(nearest.unwrap().boxed(), classes, near, 0.1).unwrap();
+        let belief = Belief::uniform(&cells).unwrap();
+        let likelihood = |class| -> Vec<f64> {
+            let log = model.map.log_likelihood(class, &belief).unwrap();
+            log.into_iter().map(f64::exp).collect()
+        };
+        let close = |found: Vec<f64>, expected: [f64; 3]| {
+            let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
+            assert!(off.sum::<f64>() < 1e-9, "{found:?}");
+        };
+        // 0.9 · share + 0.1 / 2 classes; on no mapped place two of three.
+        close(likelihood(Some(4)), [0.95, 0.5, 0.65]);
+        close(likelihood(None), [0.05, 0.5, 0.35]);
+        // Never given: nothing is known.
+        close(likelihood(Some(9)), [1.0, 1.0, 1.0]);
+        let other = Belief::uniform(&Arc::new(Places::Route(vec![0.0]))).unwrap();
+        let error = model.map.log_likelihood(None, &other).unwrap_err();
+        assert!(error.to_string().contains("expected the 3 cells"), "{error}");
+    }
+}

@@ -58,3 +58,57 @@ pub fn is_chance(learned_poses: usize) -> bool {
 fn bits(pose: &Pose) -> [u64; 3] {
     [pose.x_m, pose.y_m, pose.heading_rad].map(f64::to_bits)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        seed::Seed,
+        world::corridor::{CorridorConfig, thrun1998},
+    };
+    use std::path::Path;
+
+    fn model() -> Model {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        Model::read(&folder.join("corridor-2m.safetensors")).unwrap()
+    }
+
+    fn corridor(seed: u64) -> Recording {
+        thrun1998(Seed(seed), &CorridorConfig::default()).unwrap()
+    }
+
+    fn with_checksum(recording: &Recording, sha256: Option<String>) -> Recording {
+        let mut columns = recording.columns().clone();
+        columns.dataset_sha256 = sha256;
+        Recording::new(columns).unwrap()
+    }
+
+    /// What the model learned from is known with its checksum, and in memory, without.
+    #[test]
+    fn a_recording_is_known_by_its_content() {
+        let (model, own) = (model(), corridor(1));
+        assert_eq!(own.columns().dataset_sha256, None);
+        assert!(is_source(&model, &own).unwrap());
+        let sha256 = model.header.dataset_sha256.clone();
+        assert!(is_source(&model, &with_checksum(&own, sha256.clone())).unwrap());
+        assert!(!is_source(&model, &corridor(2)).unwrap());
+        // A part of the dataset has its checksum, but another split.
+        let half: Vec<usize> = (0..own.len() / 2).collect();
+        let half = with_checksum(&own.select(&half).unwrap(), sha256);
+        assert!(!is_source(&model, &half).unwrap());
+        // The same way with other readings is another recording.
+        let mut columns = own.into_columns();
+        columns.values.mapv_inplace(|v| 0.5 * v);
+        assert!(!is_source(&model, &Recording::new(columns).unwrap()).unwrap());
+    }
+
+    #[test]
+    fn poses_that_a_map_has_are_counted_once() {
+        let (model, own, other) = (model(), corridor(1), corridor(2));
+        assert!(is_chance(learned_poses(&model.pose, &other, &[])));
+        let seen = learned_poses(&model.pose, &own, &[]);
+        assert!(!is_chance(seen) && seen <= model.pose.len());
+        let all: Vec<usize> = (0..own.len()).collect();
+        assert_eq!(learned_poses(&model.pose, &own, &all), 0);
+    }
+}

@@ -332,7 +332,7 @@ fn where_nothing_can_be_compared_one_line_says_why() {
 }
 
 #[test]
-fn wrong_calls_are_told_before_the_work() {
+fn wrong_calls_are_refused_before_the_work() {
     let place = workplace();
     let refused = |from: &str, to: &str, status: i32, parts: &[&str]| {
         assert!(COMPARISON.contains(from), "{from}");

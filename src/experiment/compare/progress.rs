@@ -6,7 +6,7 @@ pub struct Progress<'a> {
     /// Datasets, trainings and cells done.
     pub done: usize,
     /// Of so many.
-    pub of: usize,
+    pub all: usize,
     /// What is being done.
     pub now: &'a str,
 }
@@ -14,16 +14,16 @@ pub struct Progress<'a> {
 /// Counts what is done and reports it.
 pub(super) struct ProgressCounter<'a> {
     begun: usize,
-    of: usize,
+    all: usize,
     report: &'a mut dyn FnMut(Progress),
 }
 
 impl<'a> ProgressCounter<'a> {
     /// Before the first of so many steps.
-    pub fn new(of: usize, report: &'a mut dyn FnMut(Progress)) -> Self {
+    pub fn new(all: usize, report: &'a mut dyn FnMut(Progress)) -> Self {
         Self {
             begun: 0,
-            of,
+            all,
             report,
         }
     }
@@ -38,7 +38,7 @@ impl<'a> ProgressCounter<'a> {
     pub fn meanwhile(&mut self, now: &str) {
         (self.report)(Progress {
             done: self.begun.saturating_sub(1),
-            of: self.of,
+            all: self.all,
             now,
         });
     }

@@ -110,7 +110,7 @@ impl Registry {
         registry
     }
 
-    /// A built-in kind: an enumeration that is told by `kind` which of its members the constants are of.
+    /// A built-in kind: an enumeration whose `kind` says which of its members the constants are of.
     fn put(&mut self, kind: &'static str, parse: fn(toml::Table) -> Parsed) {
         let with_kind = move |mut table: toml::Table| {
             table.insert("kind".into(), toml::Value::String(kind.into()));
