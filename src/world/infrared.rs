@@ -1,4 +1,4 @@
-//! A ring of infrared sensors: ranges told from how much light comes back, so a dark wall seems farther.
+//! A ring of infrared sensors: ranges derived from how much light comes back, so a dark wall seems farther.
 
 use super::Surroundings;
 use crate::{
@@ -188,7 +188,7 @@ impl Infrared {
         let c = &self.config;
         let axis_rad = pose.heading_rad + self.bearing_rad(beam);
         let sensor = Point2::new(pose.x_m, pose.y_m) + unit(axis_rad) * c.ring_radius_m;
-        // From three times the maximum less than a sixth of what is told from nothing comes back, off white too.
+        // From three times the maximum less than a sixth of what differs from nothing comes back, off white too.
         let reach_m = 3.0 * c.maximum_m;
         let returned = (0..c.rays).map(|ray| {
             let direction = unit(axis_rad + c.aside_rad(ray));

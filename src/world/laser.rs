@@ -207,14 +207,14 @@ impl Laser {
     /// What the scanner reports of a range.
     fn corrupted(&self, range_m: Option<f64>, random: &mut impl Rng) -> Option<f64> {
         let c = &self.config;
-        // The same three draws for every reading, so that one reading's fate never shifts the next one's.
-        let (fate, place): (f64, f64) = (random.random(), random.random());
+        // The same three draws for every reading, so that what happens to one reading never shifts the next one's.
+        let (outcome, place): (f64, f64) = (random.random(), random.random());
         let normal: f64 = random.sample(StandardNormal);
-        if fate < c.short_probability {
+        if outcome < c.short_probability {
             let until_m = range_m.unwrap_or(c.maximum_m).max(c.minimum_m);
             return Some(c.minimum_m + place * (until_m - c.minimum_m));
         }
-        if fate >= 1.0 - c.lost_probability {
+        if outcome >= 1.0 - c.lost_probability {
             return None;
         }
         let range_m = range_m?;
