@@ -86,6 +86,20 @@ pub mod experiment;
 pub mod report;
 
 // arguments in, exit status out
+#[cfg(feature = "cli")]
 pub mod cli;
 
+// what most programs need, by its short name
+pub use belief::{Belief, Uncertainty};
+pub use detector::Detector;
 pub use error::{Error, Result};
+pub use geometry::Pose;
+pub use learning::Recipe;
+pub use localiser::Localiser;
+pub use model::Model;
+pub use recogniser::Recogniser;
+pub use recording::{Observation, Recording};
+pub use seed::Seed;
+
+// crates whose types stand in this interface, in the versions that it speaks
+pub use {nalgebra, ndarray};
