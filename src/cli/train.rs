@@ -82,7 +82,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let mut recording = read_all(&arguments.datasets)?;
     if !recording.goes_one_way() {
         warn(
-            "note: the array `route` is driven both ways or in laps: places are told apart by their poses in the plane instead",
+            "note: the array `route` is driven both ways or in laps: places are distinguished by their poses in the plane instead",
         );
         recording = recording.in_the_plane();
     }

@@ -150,7 +150,7 @@ pub struct AugmentationConfig {
     pub shift_m: f64,
     /// And turned by so much (standard deviation, rad).
     pub turn_rad: f64,
-    /// Share of a range scan's beams that come back without return, in blocks as somebody in the way makes them.
+    /// Share of a range scan's beams that come back without return, in blocks as a person in the way makes them.
     pub dropped_beams: f64,
 }
 

@@ -65,7 +65,7 @@ impl<'a> TrainingSet<'a> {
         let problem = Problem::reported(recipe, &places.select(&truths), &places)?;
         if problem.window_sizes().iter().all(|&size| size < 2) {
             return Err(Error::work(format!(
-                "uncertainty {}: no training snapshot has another one in its window, so there is nothing to tell apart; \
+                "uncertainty {}: no training snapshot has another one in its window, so there is nothing to distinguish; \
                  expected a wider window or snapshots closer together",
                 recipe.uncertainty
             )));

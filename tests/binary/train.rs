@@ -380,7 +380,7 @@ fn a_hopeless_training_ends_early_and_says_so() {
     let place = Workplace::new();
     let mut csv = String::from("time_s,x_m,y_m,heading_rad,run,light");
     for k in 0..240 {
-        // The reading tells the run and nothing of the place.
+        // The reading depends on the run alone, not on the place.
         write!(
             csv,
             "\n{k},{},0,0,{},{}",

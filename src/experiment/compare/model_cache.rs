@@ -1,4 +1,4 @@
-//! BaLL's filters for those who ask for them: trained on the mapping part of a dataset, once for each distinct recipe.
+//! The models of systems that need BaLL's filters: trained on the mapping part of a dataset, once for each distinct recipe.
 
 use super::record::file_names;
 use crate::{

@@ -35,7 +35,7 @@ pub enum StoppedBy {
     Steps,
     /// Nothing that holds on the validation part was learned for a quarter of the steps.
     NothingLearned,
-    /// The callback asked for it.
+    /// The callback answered [`Directive::Stop`](crate::learning::trainer::Directive::Stop).
     Callback,
 }
 
