@@ -1,4 +1,6 @@
 //! What is learned from: inputs, places and priors of the training part, and of the validation part that stops it.
+//!
+//! This is the lower level, for benches and for loops of one's own: [`Training`](crate::model::Training) prepares it.
 
 use super::{
     error_reduction::{ErrorReduction, Errors},

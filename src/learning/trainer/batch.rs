@@ -155,10 +155,12 @@ impl Batch {
         let on_device = match (site, &mini_batch) {
             (Site::Cpu, _) => None,
             (Site::Device(whole), None) => whole.clone(),
-            (Site::Device(_), Some(mini_batch)) => {
-                OnDevice::where_it_fits(&mini_batch.problem, recipe.descent.map_in_objective, device)
-                    .map(Arc::new)
-            }
+            (Site::Device(_), Some(mini_batch)) => OnDevice::where_it_fits(
+                &mini_batch.problem,
+                recipe.descent.map_in_objective,
+                device,
+            )
+            .map(Arc::new),
         };
         Ok(Self {
             step,
