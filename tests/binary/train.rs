@@ -223,8 +223,10 @@ fn interrupted(place: &Workplace, output: &str, config: &str, signal: &str) -> A
         assert!(child.try_wait().expect("a child").is_none(), "it ended");
         std::thread::sleep(Duration::from_millis(1));
     }
-    let sent = Command::new("kill").args([signal, &child.id().to_string()]);
-    assert!(sent.status().expect("kill runs").success());
+    let sent = Command::new("kill")
+        .args([signal, &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill runs").success());
     let output = child.wait_with_output().expect("a child that ends");
     Answer {
         status: output.status.code().unwrap_or(-1),

@@ -58,7 +58,7 @@ pub struct Trained {
     pub stopped_by: StoppedBy,
     /// Step of the checkpoint that it went on from, where it did.
     pub resumed_at: Option<usize>,
-    /// Step of a shorter training's checkpoint that it went on from under another schedule: an unbroken training of
-    /// these steps would have ended in other bits.
+    /// Step of the checkpoint, of the same training with another number of steps, that it went on from under another
+    /// schedule: an unbroken training of these steps would have ended in other bits.
     pub extended_at: Option<usize>,
 }
