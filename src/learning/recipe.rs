@@ -71,7 +71,8 @@ pub struct DescentConfig {
     pub candidates_per_step: usize,
     /// Steps between two looks at the validation part.
     pub validate_every: usize,
-    /// Stop after this many steps without a better validation error.
+    /// Stop after this many steps without a better validation error; where the best takes away less than 1 % of it, after
+    /// a quarter of all steps without a better one.
     pub patience: usize,
     /// Steps between two checkpoints.
     pub checkpoint_every: usize,
