@@ -96,7 +96,7 @@ pub use detector::Detector;
 pub use error::{Error, Result};
 pub use geometry::Pose;
 pub use learning::Recipe;
-pub use localiser::Localiser;
+pub use localiser::{LiveLocaliser, Localiser};
 pub use model::Model;
 pub use recogniser::Recogniser;
 pub use recording::{Observation, Recording};

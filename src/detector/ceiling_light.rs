@@ -8,12 +8,13 @@
 use super::{
     Detector,
     camera::{BRIGHTNESS, Camera, STRIPS, probability},
+    check_width,
 };
 use crate::{
     error::{Error, Result},
-    recording::Recording,
+    recording::Channel,
 };
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView2};
 use serde::{Deserialize, Serialize};
 
 /// The one feature: a light is in view.
@@ -78,13 +79,14 @@ impl Detector for CeilingLight {
         1
     }
 
-    fn probabilities(&self, recording: &Recording) -> Result<Array2<f32>> {
-        let Some(camera) = Camera::of(recording) else {
+    fn detect_batch(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
+        check_width(channels, values)?;
+        let Some(camera) = Camera::find(channels) else {
             return Err(Error::work(
                 "ceiling lights: expected a channel `camera` of 140 values, of a camera that looks up",
             ));
         };
-        let seen = recording.values().rows().into_iter().map(|values| {
+        let seen = values.rows().into_iter().map(|values| {
             let mut rows: [f64; STRIPS] =
                 std::array::from_fn(|row| camera.row(values, row, BRIGHTNESS));
             rows.sort_by(f64::total_cmp);
@@ -102,7 +104,7 @@ mod tests {
     use super::*;
     use crate::{
         geometry::Pose,
-        recording::{Channel, Columns},
+        recording::{Columns, Recording},
     };
 
     fn images(brightness: &[[f32; STRIPS]], width: usize) -> Recording {

@@ -9,13 +9,14 @@
 use super::{
     Detector,
     camera::{BRIGHTNESS, Camera, STRIPS, TEXTURE_IN_RED, probability},
+    check_width,
 };
 use crate::{
     error::{Error, Result},
     geometry::wrapped,
-    recording::Recording,
+    recording::{Channel, Recording},
 };
-use ndarray::{Array1, Array2, ArrayView1, Axis};
+use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
@@ -137,7 +138,7 @@ impl Door {
     /// Where no range sensor looks to both sides, or none of the snapshots has a return on both.
     pub fn fit(config: &DoorConfig, recording: &Recording, snapshots: &[usize]) -> Result<Self> {
         config.check()?;
-        let abeam = Abeam::of(recording, config.side)?;
+        let abeam = Abeam::find(recording.channels(), config.side)?;
         let values = |&k: &usize| recording.values().row(k);
         let both = snapshots
             .iter()
@@ -189,10 +190,11 @@ impl Detector for Door {
         1
     }
 
-    fn probabilities(&self, recording: &Recording) -> Result<Array2<f32>> {
-        let abeam = Abeam::of(recording, self.config.side)?;
-        let camera = Camera::of(recording);
-        let seen = recording.values().rows().into_iter().map(|values| {
+    fn detect_batch(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
+        check_width(channels, values)?;
+        let abeam = Abeam::find(channels, self.config.side)?;
+        let camera = Camera::find(channels);
+        let seen = values.rows().into_iter().map(|values| {
             let recess_m = self.recess_m(&abeam, values);
             probability(self.evidence(recess_m, camera.as_ref(), values))
         });
@@ -208,9 +210,9 @@ struct Abeam {
 }
 
 impl Abeam {
-    fn of(recording: &Recording, side: Side) -> Result<Self> {
+    fn find(channels: &[Channel], side: Side) -> Result<Self> {
         let mut from = 0;
-        for channel in recording.channels() {
+        for channel in channels {
             let bearings = channel
                 .bearing_rad
                 .as_deref()

@@ -9,7 +9,7 @@ use crate::{
     detector::input::{Input, InputConfig, SectorValue},
     error::Result,
     learning::training_set::covered,
-    localiser::kernel::{KernelModel, least_mean_squares},
+    localiser::sensor_model::kernel::{PreparedKernel, least_mean_squares},
     recording::{
         Recording,
         viewpoint::{Moves, Views},
@@ -106,7 +106,13 @@ impl Queries {
         let bandwidth = tuned(Uncertainty::Global);
         let chance = model.header.recipe.map.unmodelled_probability;
         let values: usize = views.iter().map(Array2::ncols).sum();
-        let sensor = KernelModel::new(parts.unseen.clone(), square, cells, bandwidth, chance);
+        let sensor = PreparedKernel::new(
+            parts.unseen.clone(),
+            square,
+            cells.into(),
+            bandwidth,
+            chance,
+        );
         Ok(Method {
             name: "kernel",
             title: "raw-scan kernel".into(),
