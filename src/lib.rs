@@ -44,6 +44,7 @@
 pub mod error;
 pub mod geometry;
 pub mod seed;
+mod simd;
 pub mod storage;
 pub mod toml_file;
 

@@ -1,4 +1,4 @@
-//! Where the values of an image stand that is told as Thrun (1998), 5.1.3, tells it: ten rows, then ten columns, of seven
+//! Where the values of an image stand in its channel, laid out as in Thrun (1998), 5.1.3: ten rows, then ten columns, of seven
 //! values each, all in standard deviations of the image.
 
 use crate::recording::Channel;

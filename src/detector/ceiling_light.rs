@@ -1,7 +1,7 @@
 //! A landmark chosen by people: is a ceiling light in view of a camera that looks up?
 //!
 //! King & Weiman, *HelpMate autonomous mobile robot navigation system* (1990), as the baseline that Thrun (1998), 5.1.2 and
-//! 5.3, gives his third data set: lamps are bright, stand still and are rarely hidden. How they found theirs is not told. Ours
+//! 5.3, gives his third data set: lamps are bright, stand still and are rarely hidden. How they found theirs is not described. Ours
 //! is a bright bar in an image of which otherwise all is ceiling: the brightest of ten rows against their median. The image's
 //! values are in its own standard deviations, so the lamp's strength and the time of day drop out.
 
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn another_camera_and_odd_constants_are_told() {
+    fn another_camera_and_odd_constants_are_reported() {
         let other = images(&[[0.0; STRIPS]], 100);
         let error = CeilingLight::default().probabilities(&other).unwrap_err();
         assert!(error.to_string().contains("`camera` of 140"), "{error}");

@@ -1,7 +1,7 @@
 //! A landmark chosen by people: is there a door beside the robot?
 //!
 //! Koenig & Simmons, *Passive distance learning for robot navigation* (1996), as the baseline that Thrun (1998), 5.1.2 and
-//! 5.3, gives his first two data sets. How they found their doors is not told. Ours go by three things: a door is set back in
+//! 5.3, gives his first two data sets. How they found their doors is not described. Ours go by three things: a door is set back in
 //! its frame, or open, so that the wall beside the robot is farther away than walls are; and to a camera that looks there it
 //! is darker than its surroundings, and grained. All of it from sensor values, none from a plan. Ranges tell how far apart the
 //! walls are and not which of them gave way, so without a camera a door on the other side counts too.
@@ -76,8 +76,8 @@ impl DoorConfig {
     /// A usage error that names the first constant out of bounds.
     pub fn check(&self) -> Result<()> {
         let wrong = |key: &str, value: f64, expected: &str| {
-            let told = format!("door.{key} = {value}: expected {expected}");
-            Err(Error::usage(told))
+            let message = format!("door.{key} = {value}: expected {expected}");
+            Err(Error::usage(message))
         };
         for (key, value) in [
             ("recess_step_m", self.recess_step_m),

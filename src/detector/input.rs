@@ -205,15 +205,19 @@ impl Input {
     ///
     /// # Errors
     /// Where the recording lacks a channel that the model was trained on, or has it in another width or unit.
-    pub fn of(&self, recording: &Recording) -> Result<Array2<f32>> {
-        self.of_values(recording.channels(), recording.values().view())
+    pub fn transform(&self, recording: &Recording) -> Result<Array2<f32>> {
+        self.transform_values(recording.channels(), recording.values().view())
     }
 
     /// Normalised inputs of raw values `[snapshot, value]`, those of `channels` side by side: `[snapshot, input]`.
     ///
     /// # Errors
-    /// As [`Input::of`], and where a snapshot has another number of values than the channels say.
-    pub fn of_values(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
+    /// As [`Input::transform`], and where a snapshot has another number of values than the channels say.
+    pub fn transform_values(
+        &self,
+        channels: &[Channel],
+        values: ArrayView2<f32>,
+    ) -> Result<Array2<f32>> {
         let raw = self.arrange(channels, values)?;
         Ok(self.normalise(self.pool(raw.view())))
     }

@@ -331,6 +331,6 @@ impl Detector for NetDetector {
     }
 
     fn detect_batch(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
-        self.respond(self.input.of_values(channels, values)?.view())
+        self.respond(self.input.transform_values(channels, values)?.view())
     }
 }

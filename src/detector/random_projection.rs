@@ -32,7 +32,10 @@ impl Detector for RandomProjection {
     }
 
     fn detect_batch(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
-        let sides = self.input.of_values(channels, values)?.dot(&self.planes);
+        let sides = self
+            .input
+            .transform_values(channels, values)?
+            .dot(&self.planes);
         Ok(sides.mapv(|side| if side > 0.0 { 1.0 - DOUBT } else { DOUBT }))
     }
 }

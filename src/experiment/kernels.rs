@@ -42,12 +42,12 @@ pub(super) fn kernels(
         ..context.model.header.recipe.input.clone()
     };
     let input = Input::fit(&config, &source.recording, &source.training)?.with_common_scale();
-    let of_school = input.of(&source.recording)?;
+    let of_school = input.transform(&source.recording)?;
     let recorded = of_school.select(Axis(0), &source.training);
     let queries = Queries {
         of_school,
         unseen: input
-            .of(context.parts.run)?
+            .transform(context.parts.run)?
             .select(Axis(0), &context.parts.unseen),
     };
 
@@ -58,7 +58,7 @@ pub(super) fn kernels(
         for view in 0..VIEWS {
             let mut random = context.seed.numbered_stream("moved views", view as u64);
             let moved = drawing.drawn(&source.training, &Moves::default(), &mut random)?;
-            views.push(input.of(&moved)?);
+            views.push(input.transform(&moved)?);
         }
         all.push(Method {
             name: "kernel_views",

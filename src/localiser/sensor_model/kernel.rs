@@ -88,7 +88,7 @@ impl SensorModel for RawKernel {
         _: &mut Stream,
     ) -> Result<Vec<f64>> {
         let values = observation.values.insert_axis(Axis(0));
-        let scan = self.input.of_values(observation.channels, values)?;
+        let scan = self.input.transform_values(observation.channels, values)?;
         let square = least_mean_squares(scan.view(), &self.views);
         self.weighting.log_likelihood(square.row(0), belief)
     }
@@ -102,7 +102,7 @@ impl SensorModel for RawKernel {
         let mut snapshots = snapshots.to_vec();
         snapshots.sort_unstable();
         snapshots.dedup();
-        let scans = self.input.of(recording)?.select(Axis(0), &snapshots);
+        let scans = self.input.transform(recording)?.select(Axis(0), &snapshots);
         Ok(Box::new(PreparedKernel {
             snapshots,
             square: least_mean_squares(scans.view(), &self.views),

@@ -69,7 +69,7 @@ fn kernel(recording: &Recording, views: usize) -> RawKernel {
     let all: Vec<usize> = (0..PLACES).collect();
     let input = Input::fit(&InputConfig::default(), recording, &all).unwrap();
     let input = input.with_common_scale();
-    let scans = input.of(recording).unwrap();
+    let scans = input.transform(recording).unwrap();
     let views = (0..views).map(|view| scans.mapv(|v| v + 0.1 * view as f32));
     let places = Places::of(recording);
     let near = Neighbours::find(&places, &places, &nearness()).unwrap();
