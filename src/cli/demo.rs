@@ -9,14 +9,14 @@ use super::{
 };
 use crate::{
     belief::Uncertainty,
-    detector::{Detector, device},
+    detector::Detector,
     error::Result,
     experiment::{
         localisation::{self, LocaliseConfig, Record},
         methods::Parts,
     },
     learning::Recipe,
-    model::Model,
+    model::{Model, Training},
     recording::{Recording, npz},
     report::localisation as tables,
     seed::Seed,
@@ -87,8 +87,8 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             },
             format!("4 learned, {}", if prior == "2m" { "±2 m" } else { prior }),
         );
-        let told = localise(&arguments, &model, &recording, record.is_none(), &title)?;
-        record = Some(together(record, told, name, title));
+        let played = localise(&arguments, &model, &recording, record.is_none(), &title)?;
+        record = Some(together(record, played, name, title));
     }
     if let Some(record) = &record {
         write_report(folder, "Simulated corridor", record)?;
@@ -123,20 +123,19 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
         ..Recipe::default()
     };
     recipe.split.test_fold = Some(3);
-    // Fewer steps than the recipe has: somebody waits. The last per cent of the figures come after that.
+    // Fewer steps than the recipe has, so that the demo takes a minute: the rest would add the last per cent of the figures.
     recipe.descent.steps = if arguments.toy { 40 } else { STEPS };
-    Ok(train::learn(
+    let learned = train::learn(
+        Training::new(&recipe, recording),
         &recipe,
-        recording,
-        &device::cpu(),
-        None,
-        false,
         &format!("learning for {uncertainty}"),
-    )?
-    .model)
+        || false,
+    )?;
+    train::warn_notes(&learned);
+    Ok(learned.model)
 }
 
-/// Plays the trials with a model's filters, and with the baselines where asked: they are the same for every model.
+/// Plays the trials with a model's filters, and, with `baselines`, with these too: they are the same for every model.
 fn localise(
     arguments: &Arguments,
     model: &Model,
