@@ -1,6 +1,9 @@
 //! The snapshots that one evaluation of the objective is about, on the device, with their noise.
 
-use super::{OnDevice, array, tensor};
+use super::{
+    on_device::OnDevice,
+    tensors::{array, tensor},
+};
 use crate::{
     detector::{net::Nets, stacked},
     error::{Error, Result},
@@ -104,7 +107,7 @@ impl Site {
     /// The device for the objective of all training snapshots too, where every step evaluates that.
     pub fn device(recipe: &Recipe, training_set: &TrainingSet, device: &Device) -> Self {
         let whole = (recipe.descent.truths_per_step == 0).then(|| {
-            OnDevice::of(
+            OnDevice::where_it_fits(
                 training_set.problem(),
                 recipe.descent.map_in_objective,
                 device,
@@ -152,10 +155,12 @@ impl Batch {
         let on_device = match (site, &mini_batch) {
             (Site::Cpu, _) => None,
             (Site::Device(whole), None) => whole.clone(),
-            (Site::Device(_), Some(mini_batch)) => {
-                OnDevice::of(&mini_batch.problem, recipe.descent.map_in_objective, device)
-                    .map(Arc::new)
-            }
+            (Site::Device(_), Some(mini_batch)) => OnDevice::where_it_fits(
+                &mini_batch.problem,
+                recipe.descent.map_in_objective,
+                device,
+            )
+            .map(Arc::new),
         };
         Ok(Self {
             step,
@@ -291,7 +296,7 @@ fn joined<T: Clone>(axis: Axis, parts: &[ArrayView2<T>]) -> Result<Array2<T>> {
     concatenate(axis, parts).map_err(|e| Error::work(format!("parts of a step: {e}")))
 }
 
-pub(super) fn no_number(step: usize) -> Error {
+pub fn no_number(step: usize) -> Error {
     Error::work(format!(
         "the objective is no longer a number after {step} steps; expected a smaller descent.learning_rate"
     ))
