@@ -41,7 +41,7 @@ pub enum Truth {
     Odometry,
 }
 
-/// How a protocol is set.
+/// Which part maps, which tests, and what the truth is.
 ///
 /// ```
 /// let config: ballmark::experiment::protocol::ProtocolConfig =
@@ -56,7 +56,7 @@ pub struct ProtocolConfig {
     pub mapping: Mapping,
     /// What counts as the true place.
     pub truth: Truth,
-    /// The stretches of `mapping = "split"`; its validation part maps too.
+    /// The stretches of `mapping = "split"`; its validation part maps too. Without a `test_fold` the first fold is tested on.
     pub split: SplitConfig,
     /// The laps of `mapping = "first_lap"`.
     pub laps: LapsConfig,
@@ -83,11 +83,6 @@ impl ProtocolConfig {
     pub fn check(&self) -> Result<()> {
         self.laps.check()?;
         self.split.check()?;
-        if self.mapping == Mapping::Split && self.split.test_fold.is_none() {
-            return Err(Error::usage(
-                "protocol.split.test_fold: none; expected the fold to test on, since protocol.mapping = \"split\"",
-            ));
-        }
         if self.truth == Truth::Odometry && self.mapping != Mapping::FirstLap {
             return Err(Error::usage(
                 "protocol.truth = \"odometry\": drift is removed lap by lap; expected protocol.mapping = \"first_lap\", or \
@@ -131,7 +126,7 @@ pub struct Protocol<'a> {
 }
 
 impl<'a> Protocol<'a> {
-    /// Sets the protocol.
+    /// Applies a protocol to a recording.
     ///
     /// # Errors
     /// A usage error where the configuration is at fault; a work error where the recording has no laps, one run, no
@@ -209,7 +204,7 @@ impl<'a> Protocol<'a> {
         for (number, run) in runs.iter().enumerate().skip(1) {
             self.unit[run.clone()].fill(starts.len() - 1 + number);
         }
-        // What a hand-made division leaves before the first lap belongs to nobody.
+        // What a hand-made division leaves before the first lap is neither mapped nor tested.
         self.mapping = (starts[0]..starts[1]).collect();
         self.testing = (starts[1]..self.recording.len()).collect();
         if config.truth == Truth::Odometry {
@@ -269,6 +264,10 @@ impl<'a> Protocol<'a> {
     }
 
     fn by_split(&mut self, config: &SplitConfig) -> Result<()> {
+        let config = SplitConfig {
+            test_fold: Some(config.test_fold.unwrap_or(0)),
+            ..*config
+        };
         let split = config.split(&self.recording)?;
         let mut tested = vec![false; self.recording.len()];
         split.test.iter().for_each(|&k| tested[k] = true);
