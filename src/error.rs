@@ -25,6 +25,7 @@ enum Kind {
     Input,
     Io,
     Work,
+    Cancelled,
 }
 
 impl Error {
@@ -65,6 +66,11 @@ impl Error {
         Self::of(Kind::Work, message.into())
     }
 
+    /// The caller asked for an end before there was a result.
+    pub fn cancelled(message: impl Into<String>) -> Self {
+        Self::of(Kind::Cancelled, message.into())
+    }
+
     fn of(kind: Kind, message: String) -> Self {
         Self {
             kind,
@@ -84,6 +90,12 @@ impl Error {
         self
     }
 
+    /// The same error, its message followed by what to do.
+    pub fn followed_by(mut self, what: impl fmt::Display) -> Self {
+        self.message = format!("{}; {what}", self.message);
+        self
+    }
+
     /// Is the call at fault (exit status 2)?
     pub fn is_usage(&self) -> bool {
         self.kind == Kind::Usage
@@ -97,6 +109,11 @@ impl Error {
     /// Did the operating system refuse to read or write?
     pub fn is_io(&self) -> bool {
         self.kind == Kind::Io
+    }
+
+    /// Did the caller ask for an end before there was a result?
+    pub fn is_cancelled(&self) -> bool {
+        self.kind == Kind::Cancelled
     }
 
     /// Was the other end of a pipe closed (`ballmark … | head`)? Then there is nothing to complain about.

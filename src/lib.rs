@@ -16,12 +16,12 @@
 //! | P(f \| ξ) | the map: what is recognised where | [`belief::map`] |
 //! | E, ∂E/∂g | the objective, and descending it | [`learning`] |
 //!
-//! Trained filters are a [`model`]; a [`localiser`] replays a run that training never saw, with the Bayes filter of
+//! [`model::Training`] yields the trained filters as a [`model::Model`]; a [`localiser`] replays a run that training never saw, with the Bayes filter of
 //! [`belief::bayes`]; [`experiment`] holds its answers against the truth and beside baselines; [`score`] judges answers
 //! of any system by what they tell about the place; [`report`] shows it all; [`cli`] is the command `ballmark`.
 //!
 //! ```
-//! use ballmark::{detector::Detector, learning::{Recipe, training_set::TrainingSet, trainer}, model::Model, seed::Seed, world::corridor};
+//! use ballmark::{detector::Detector, learning::Recipe, model::Training, seed::Seed, world::corridor};
 //!
 //! // Eight runs along a simulated corridor, a snapshot a metre.
 //! let config = corridor::CorridorConfig { runs: 8, spacing_m: 1.0, ..Default::default() };
@@ -30,11 +30,10 @@
 //! // One filter for a robot that knows its place to ±5 m.
 //! let mut recipe = Recipe { features: 1, uncertainty: "5m".parse()?, ..Recipe::default() };
 //! recipe.descent.steps = 60;
-//! let training_set = TrainingSet::prepare(&recipe, &recording, &recipe.split.split(&recording)?)?;
-//! let trained = trainer::train(&recipe, &training_set, None, false, "", &mut |_| ())?;
-//! assert!(trained.train.error_reduction > 0.05);
+//! let learned = Training::new(&recipe, &recording).run()?;
+//! assert!(learned.report.scores.train.error_reduction > 0.05);
 //!
-//! let model = Model::new(&recipe, &recording, &training_set, trained);
+//! let model = learned.model;
 //! assert_eq!(model.detector().probabilities(&recording)?.dim(), (recording.len(), 1));
 //! # Ok::<(), ballmark::Error>(())
 //! ```

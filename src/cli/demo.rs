@@ -9,14 +9,14 @@ use super::{
 };
 use crate::{
     belief::Uncertainty,
-    detector::{Detector, device},
+    detector::Detector,
     error::Result,
     experiment::{
         localisation::{self, LocaliseConfig, Record},
         methods::Parts,
     },
     learning::Recipe,
-    model::Model,
+    model::{Model, Training},
     recording::{Recording, npz},
     report::localisation as tables,
     seed::Seed,
@@ -123,17 +123,16 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
         ..Recipe::default()
     };
     recipe.split.test_fold = Some(3);
-    // Fewer steps than the recipe has: somebody waits. The last per cent of the figures come after that.
+    // Fewer steps than the recipe has, so that the demo takes a minute: the rest would add the last per cent of the figures.
     recipe.descent.steps = if arguments.toy { 40 } else { STEPS };
-    Ok(train::learn(
+    let learned = train::learn(
+        Training::new(&recipe, recording),
         &recipe,
-        recording,
-        &device::cpu(),
-        None,
-        false,
         &format!("learning for {uncertainty}"),
-    )?
-    .model)
+        || false,
+    )?;
+    train::warn_notes(&learned);
+    Ok(learned.model)
 }
 
 /// Plays the trials with a model's filters, and with the baselines where asked: they are the same for every model.

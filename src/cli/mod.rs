@@ -6,6 +6,7 @@ mod demo;
 mod export;
 mod features;
 mod import;
+mod interrupt;
 mod localise;
 mod progress;
 mod reproduce;

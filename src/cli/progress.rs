@@ -1,34 +1,38 @@
-//! Progress for the one who waits: a bar with the time left on a terminal, now and then a line elsewhere.
+//! Progress on standard error: a bar with the time left on a terminal, now and then a line elsewhere.
 
 use super::warn;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, stderr};
 
-/// Progress of some work that is done in steps, on standard error.
+/// Narrow enough that name, step, time left and a short message fit a line of 80 columns. What is longer is cut.
+const TEMPLATE: &str = "{prefix} {bar:12} {pos}/{len}, {eta} left, {wide_msg}";
+
+/// Progress of some work that is done in steps.
 pub struct Progress {
     bar: Option<ProgressBar>,
-    what: String,
+    name: String,
     steps: usize,
-    /// Tenths already told in lines.
+    /// Has anything been shown?
+    is_started: bool,
+    /// Tenths of the steps that lines have been printed for.
     tenths: usize,
 }
 
 impl Progress {
     /// Before the first of `steps` steps.
-    pub fn new(what: &str, steps: usize) -> Self {
+    pub fn new(name: &str, steps: usize) -> Self {
         let bar = stderr().is_terminal().then(|| {
             let bar = ProgressBar::new(steps as u64);
-            let style = ProgressStyle::with_template(
-                "{prefix} {bar:20} {pos}/{len} · {eta} left · {wide_msg}",
-            );
+            let style = ProgressStyle::with_template(TEMPLATE);
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-            bar.set_prefix(what.to_string());
+            bar.set_prefix(name.to_string());
             bar
         });
         Self {
             bar,
-            what: what.to_string(),
+            name: name.to_string(),
             steps,
+            is_started: false,
             tenths: 0,
         }
     }
@@ -38,19 +42,25 @@ impl Progress {
         match &self.bar {
             Some(bar) => {
                 bar.set_position(step as u64);
-                bar.set_message(message.to_string());
+                if !self.is_started && step > 0 {
+                    bar.reset_eta(); // steps done in an earlier run took no time of this one
+                }
+                if bar.message() != message {
+                    bar.set_message(message.to_string());
+                }
             }
             None => {
                 let tenths = step * 10 / self.steps.max(1);
                 if tenths > self.tenths {
                     self.tenths = tenths;
                     warn(&format!(
-                        "{}: {step} of {} · {message}",
-                        self.what, self.steps
+                        "{}: {step} of {}, {message}",
+                        self.name, self.steps
                     ));
                 }
             }
         }
+        self.is_started = true;
     }
 
     /// Takes the bar away.

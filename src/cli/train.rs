@@ -1,14 +1,16 @@
 //! `ballmark train`: filters for a prior uncertainty, learned from a dataset.
 
-use super::{Outcome, config::Experiment, print, progress::Progress, warn};
+use super::{Outcome, config::Experiment, interrupt::Interrupt, print, progress::Progress, warn};
 use crate::{
     belief::Uncertainty,
-    detector::device::{Device, DeviceChoice},
-    error::{Error, Result},
+    detector::device::DeviceChoice,
+    error::Result,
     learning::{
-        Recipe, error_reduction::ErrorReduction, recipe::Named, trainer, training_set::TrainingSet,
+        ErrorReduction, Recipe,
+        recipe::Named,
+        trainer::{Directive, StoppedBy},
     },
-    model::Model,
+    model::{Learned, Model, Note, Resume, Training},
     recording::{Recording, npz},
     report::{Cell, Table},
 };
@@ -58,7 +60,8 @@ pub struct Arguments {
     /// Where the networks compute: `cpu`, or where it is built in `cuda`, `wgpu`, `metal` or `rocm`.
     #[arg(long, value_name = "DEVICE", default_value_t)]
     device: DeviceChoice,
-    /// Go on from the checkpoint of the same training, where there is one.
+    /// Go on from the checkpoint of the same training, where there is one (Ctrl-C leaves one too). With larger --steps, the
+    /// training goes on to these.
     #[arg(long)]
     resume: bool,
     /// One JSON object instead of a table.
@@ -84,18 +87,35 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         recording = recording.in_the_plane();
     }
     let started = Instant::now();
-    let learned = learn(
-        &recipe,
-        &recording,
-        &device,
-        Some(&arguments.output),
-        arguments.resume,
-        "learning",
-    )
-    .map_err(|e| {
-        // A checkpoint at fault is named already; what is left is the dataset.
-        if e.is_io() || e.is_usage() || e.is_input() {
-            e
+    let checkpoint = checkpoint_of(&arguments.output);
+    let resume = match arguments.resume {
+        true => Resume::IfSame,
+        false => Resume::Never,
+    };
+    let interrupt = Interrupt::watched();
+    let training = Training::new(&recipe, &recording)
+        .device(&device)
+        .checkpoint(&checkpoint, resume);
+    if arguments.resume {
+        if let Some(learned) = training.finished(&arguments.output)? {
+            warn(&format!(
+                "note: {} is the model of this very training, which has ended: nothing is learned anew",
+                arguments.output.display()
+            ));
+            return show(&learned, &arguments, None);
+        }
+        if !checkpoint.exists() {
+            warn(&format!(
+                "note: no checkpoint {}: the training starts afresh",
+                checkpoint.display()
+            ));
+        }
+    }
+    let learned = learn(training, &recipe, "learning", || interrupt.is_set()).map_err(|e| {
+        if e.is_cancelled() {
+            e.followed_by("the same command with --resume goes on from there")
+        } else if e.is_io() || e.is_usage() || e.is_input() {
+            e // a checkpoint at fault is named already; what is left is the dataset
         } else {
             e.in_file(&arguments.datasets[0]) // one at least: clap sees to it
         }
@@ -103,19 +123,26 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let seconds = started.elapsed().as_secs_f64();
     learned.model.write(&arguments.output)?;
     // The model is safe; a stale checkpoint is only in the way.
-    let checkpoint = checkpoint_of(&arguments.output);
-    let _ = trainer::remove_checkpoints(checkpoint.as_deref(), recipe.descent.restarts);
-    if learned.model.header.scores.validation.is_none() {
-        warn(
-            "note: no validation snapshot lies at a place seen in training; trained for all steps instead",
-        );
-    }
+    let _ = Training::remove_checkpoints(&recipe, &checkpoint);
+    show(&learned, &arguments, Some(seconds))
+}
+
+/// Prints the notes and the result.
+fn show(learned: &Learned, arguments: &Arguments, seconds: Option<f64>) -> Result<Outcome> {
+    warn_notes(learned);
     print(&if arguments.json {
-        learned.json(seconds)
+        json(learned, seconds)
     } else {
-        learned.table(&arguments.output, seconds).text()
+        table(learned, &arguments.output, seconds).text()
     })?;
     Ok(Outcome::Done)
+}
+
+/// What a user should know of a training besides its scores.
+pub(super) fn warn_notes(learned: &Learned) {
+    for note in &learned.report.notes {
+        warn(&format!("note: {note}"));
+    }
 }
 
 /// Some datasets as one recording.
@@ -128,116 +155,93 @@ pub(super) fn read_all(datasets: &[PathBuf]) -> Result<Recording> {
     })
 }
 
-/// A model and how its training went.
-pub(super) struct Learned {
-    pub(super) model: Model,
-    steps: usize,
-    evaluations: usize,
-    stopped_by: trainer::StoppedBy,
-}
-
-/// Learns a recipe from a recording; with `output`, a checkpoint is kept beside it.
+/// Runs a training with its progress shown under a name, until `is_cancelled`.
 pub(super) fn learn(
+    training: Training,
     recipe: &Recipe,
-    recording: &Recording,
-    device: &Device,
-    output: Option<&Path>,
-    resume: bool,
-    what: &str,
+    name: &str,
+    is_cancelled: impl Fn() -> bool,
 ) -> Result<Learned> {
-    let split = recipe.split.split(recording)?;
-    let data = recording
-        .columns()
-        .dataset_sha256
-        .clone()
-        .unwrap_or_default();
-    let words = serde_json::to_string(recipe).map_err(|e| Error::work(format!("recipe: {e}")))?;
-    let identity = format!("{} {data} {words}", env!("CARGO_PKG_VERSION"));
-    let checkpoint = output.and_then(checkpoint_of);
-    let training_set = TrainingSet::prepare(recipe, recording, &split)?;
-    let mut progress = Progress::new(what, recipe.descent.steps * recipe.descent.restarts);
-    let trained = trainer::train_on(
-        device,
-        recipe,
-        &training_set,
-        checkpoint.as_deref(),
-        resume,
-        &identity,
-        &mut |p| {
-            let validation = p.validation.map_or(String::new(), |v| {
-                format!(", best on validation {:.1} %", 100.0 * v)
-            });
-            progress.at(
-                p.step,
-                &format!("error reduction {:.1} %{validation}", 100.0 * p.training),
-            );
-        },
-    )?;
+    let mut progress = Progress::new(name, recipe.descent.steps * recipe.descent.restarts);
+    let mut message = String::new();
+    let learned = training
+        .on_progress(|p| {
+            if p.judged || message.is_empty() {
+                message = p
+                    .best_validation
+                    .map_or("validation –".to_string(), |reduction| {
+                        format!("validation {:.1} %", 100.0 * reduction)
+                    });
+            }
+            progress.at(p.step, &message);
+            match is_cancelled() {
+                true => Directive::Cancel,
+                false => Directive::Continue,
+            }
+        })
+        .run();
     progress.done();
-    let (steps, stopped_by) = (trained.steps, trained.stopped_by);
-    let evaluations = trained.evaluations;
-    Ok(Learned {
-        model: Model::new(recipe, recording, &training_set, trained),
-        steps,
-        evaluations,
-        stopped_by,
-    })
+    learned
 }
 
-fn checkpoint_of(output: &Path) -> Option<PathBuf> {
-    let mut name = output.file_name()?.to_os_string();
+fn checkpoint_of(output: &Path) -> PathBuf {
+    let mut name = output.as_os_str().to_os_string();
     name.push(".checkpoint");
-    Some(output.with_file_name(name))
+    name.into()
 }
 
-impl Learned {
-    fn json(&self, seconds: f64) -> String {
-        let scores = &self.model.header.scores;
-        let value = serde_json::json!({
-            "train": scores.train,
-            "validation": scores.validation,
-            "steps": self.steps,
-            "evaluations": self.evaluations,
-            "stopped_by": self.stopped_by,
-            "recipe": self.model.header.recipe,
-            "timing": { "seconds": seconds },
-        });
-        format!("{value}\n")
-    }
+fn json(learned: &Learned, seconds: Option<f64>) -> String {
+    let report = &learned.report;
+    let notes: Vec<String> = report.notes.iter().map(Note::to_string).collect();
+    let value = serde_json::json!({
+        "train": report.scores.train,
+        "validation": report.scores.validation,
+        "steps": report.steps,
+        "evaluations": report.evaluations,
+        "stopped_by": report.stopped_by,
+        "resumed_at": report.resumed_at,
+        "notes": notes,
+        "recipe": learned.model.header.recipe,
+        "timing": { "seconds": seconds },
+    });
+    format!("{value}\n")
+}
 
-    fn table(&self, output: &Path, seconds: f64) -> Table {
-        let scores = &self.model.header.scores;
-        let mut table = Table::new([
-            "part",
-            "snapshots",
-            "prior error (m)",
-            "posterior error (m)",
-            "error reduction (%)",
+fn table(learned: &Learned, output: &Path, seconds: Option<f64>) -> Table {
+    let report = &learned.report;
+    let mut table = Table::new([
+        "part",
+        "snapshots",
+        "prior error (m)",
+        "posterior error (m)",
+        "error reduction (%)",
+    ]);
+    let mut row = |part: &str, score: Option<&ErrorReduction>| {
+        let number =
+            |get: fn(&ErrorReduction) -> f64, decimals| Cell::number(score.map(get), decimals);
+        table.row([
+            Cell::Text(part.into()),
+            score.map_or(Cell::Missing, |s| Cell::Count(s.snapshots as u64)),
+            number(|s| s.prior_error_m, 3),
+            number(|s| s.posterior_error_m, 3),
+            number(|s| 100.0 * s.error_reduction, 1),
         ]);
-        let mut row = |part: &str, score: Option<&ErrorReduction>| {
-            let number =
-                |get: fn(&ErrorReduction) -> f64, decimals| Cell::number(score.map(get), decimals);
-            table.row([
-                Cell::Text(part.into()),
-                score.map_or(Cell::Missing, |s| Cell::Count(s.snapshots as u64)),
-                number(|s| s.prior_error_m, 3),
-                number(|s| s.posterior_error_m, 3),
-                number(|s| 100.0 * s.error_reduction, 1),
-            ]);
-        };
-        row("training", Some(&scores.train));
-        row("validation", scores.validation.as_ref());
-        let recipe = &self.model.header.recipe;
-        let why = match self.stopped_by {
-            trainer::StoppedBy::Validation => "no better on the validation part",
-            trainer::StoppedBy::Steps => "all steps taken",
-        };
-        table.caption(format!(
-            "{} filters for uncertainty {}, seed {}; {} steps ({why}), {seconds:.1} s",
-            recipe.features, recipe.uncertainty, recipe.seed, self.steps
-        ));
-        table.caption("validation: unseen snapshots at places seen in training; the map from training snapshots only");
-        table.caption(format!("model: {}", output.display()));
-        table
-    }
+    };
+    row("training", Some(&report.scores.train));
+    row("validation", report.scores.validation.as_ref());
+    let recipe = &learned.model.header.recipe;
+    let why = match report.stopped_by {
+        StoppedBy::Validation => "no better on the validation part",
+        StoppedBy::Steps => "all steps taken",
+        StoppedBy::NothingLearned => "stopped: nothing learned that holds on the validation part",
+        StoppedBy::Callback => "stopped early",
+    };
+    let seconds = seconds.map_or(String::new(), |seconds| format!(", {seconds:.1} s"));
+    table.caption(format!(
+        "{} filters for uncertainty {}, seed {}; {} steps ({why}){seconds}",
+        recipe.features, recipe.uncertainty, recipe.seed, report.steps
+    ));
+    table.caption("validation: unseen snapshots at places seen in training; the map from training snapshots only");
+    table.caption(format!("model: {}", output.display()));
+    table
 }

@@ -1,6 +1,5 @@
 //! Making detectors better: the objective, and descending it.
 
-pub mod checkpoint;
 pub mod error_reduction;
 mod lanes;
 pub mod line_search;

@@ -1,378 +1,209 @@
-//! The descent itself: forward, objective, backward, step; a look at the validation part now and then.
-
-use super::{
-    checkpoint::{self, Checkpoint},
-    error_reduction::ErrorReduction,
-    optimiser::Descent,
-    problem::Workspace,
-    recipe::{Optimiser, Recipe},
-    training_set::TrainingSet,
-};
-use crate::{
-    detector::{
-        device::cpu,
-        net::{Nets, Weights},
-    },
-    error::{Error, Result},
-    seed::Seed,
-};
-use burn::tensor::{Device, Tensor};
-use std::{path::Path, sync::Arc};
-
-use array_backend::ArrayBackend;
-use batch::{Batch, Noise, Site, no_number};
-use on_device::OnDevice;
-use phase::put_features;
-pub use phase::{Phase, of_features};
-pub use progress::{Progress, StoppedBy, Trained};
-pub use pseudo_patterns::PseudoPatterns;
-pub use restarts::{remove_checkpoints, train, train_on};
-use tensors::{array, limited, tensor};
-
-/// One training, from the weights that the recipe's seed gives.
-fn train_once(
-    device: &Device,
-    recipe: &Recipe,
-    training_set: &TrainingSet,
-    checkpoint: Option<&Path>,
-    resume: bool,
-    identity: &str,
-    progress: &mut dyn FnMut(Progress),
-) -> Result<Trained> {
-    let mut trainer = Trainer::new(recipe, training_set, device);
-    if let Some(path) = checkpoint.filter(|path| resume && path.exists()) {
-        trainer.load(checkpoint::read(path, identity, recipe, &trainer.now.nets)?)?;
-    }
-    let stopped_by = loop {
-        let step = trainer.steps();
-        if step.is_multiple_of(recipe.descent.validate_every) || step == recipe.descent.steps {
-            trainer.sync();
-            let validation = trainer.validate(&trainer.now.nets)?;
-            trainer
-                .now
-                .look(step, validation.map(|e| e.error_reduction));
-            progress(trainer.now.progress(recipe));
-        }
-        if step >= recipe.descent.steps {
-            break StoppedBy::Steps;
-        }
-        if Phase::at(recipe, step).is_last
-            && trainer.now.best_validation.is_some()
-            && step - trainer.now.best_step >= recipe.descent.patience
-        {
-            break StoppedBy::Validation;
-        }
-        if let Some(path) =
-            checkpoint.filter(|_| step > 0 && step.is_multiple_of(recipe.descent.checkpoint_every))
-        {
-            trainer.sync();
-            checkpoint::write(path, identity, &trainer.now)?;
-        }
-        trainer.step()?;
-    };
-    trainer.finish(stopped_by)
-}
-
-/// A training between two steps.
-pub struct Trainer<'a> {
-    recipe: &'a Recipe,
-    training_set: &'a TrainingSet<'a>,
-    device: Device,
-    /// The training_set's inputs on the device, `[snapshot, input]`.
-    inputs: Tensor<2>,
-    noise: Arc<Noise>,
-    /// Where the objective is evaluated: dense on a GPU that the networks are on, by its structure on the CPU.
-    site: Site,
-    workspace: Workspace,
-    /// Takes the steps where the networks' shape and the recipe allow; tensors take them elsewhere.
-    array_backend: Option<ArrayBackend>,
-    /// What the last step looked at; the next one of its series looks at the same.
-    batch: Option<Batch>,
-    /// Where training stands; on the array backend only once it is [synchronised](Self::sync).
-    now: Checkpoint,
-}
-
-impl<'a> Trainer<'a> {
-    /// Before the first step: networks of random weights, drawn from the recipe's seed.
-    pub fn new(recipe: &'a Recipe, training_set: &'a TrainingSet<'a>, device: &Device) -> Self {
-        let weights = Weights::random(
-            &recipe.network,
-            training_set.input.width(),
-            recipe.features,
-            &mut Seed(recipe.seed).stream("initial weights"),
-        );
-        let mut nets = Nets::new(&weights, device);
-        nets.gain = recipe.network.gain;
-        Self {
-            noise: Arc::new(Noise::new(recipe)),
-            site: match *device == cpu() {
-                true => Site::Cpu,
-                false => Site::device(recipe, training_set, device),
-            },
-            workspace: Workspace::default(),
-            array_backend: ArrayBackend::of(recipe, &weights, device),
-            batch: None,
-            recipe,
-            training_set,
-            inputs: tensor(training_set.inputs.view(), device),
-            now: Checkpoint::start(nets, Descent::new(&recipe.descent)),
-            device: device.clone(),
-        }
-    }
-
-    /// The same, but with every step taken on tensors, whatever the shape: what the array backend is held against.
-    pub fn on_tensors(mut self) -> Self {
-        self.sync();
-        self.array_backend = None;
-        self
-    }
-
-    /// The same, but with the objective evaluated dense on the device, whatever the device: what a GPU does, held against
-    /// the CPU's own way.
-    pub fn with_dense_objective(mut self) -> Self {
-        self = self.on_tensors();
-        self.site = Site::device(self.recipe, self.training_set, &self.device);
-        self
-    }
-
-    /// Goes on from where a training stood.
-    fn load(&mut self, now: Checkpoint) -> Result<()> {
-        if let Some(array_backend) = &mut self.array_backend {
-            array_backend.load(&now)?;
-        }
-        self.now = now;
-        Ok(())
-    }
-
-    /// Brings the checkpoint up to the last step, before somebody looks at it.
-    fn sync(&mut self) {
-        if let Some(array_backend) = &self.array_backend {
-            array_backend.store(&mut self.now, &self.device);
-        }
-    }
-
-    /// Steps taken.
-    pub fn steps(&self) -> usize {
-        self.now.descent.steps
-    }
-
-    /// One step of the networks that learn now: forward, objective outside the tape, backward through the networks,
-    /// descent. Within a series of steps on pseudo-patterns, only the first evaluates the objective.
-    ///
-    /// # Errors
-    /// Where the objective or its gradient is no longer a finite number.
-    pub fn step(&mut self) -> Result<()> {
-        if let Some(array_backend) = &mut self.array_backend {
-            let space = &mut self.workspace;
-            return array_backend.step(
-                self.recipe,
-                self.training_set,
-                &self.noise,
-                space,
-                &mut self.now,
-            );
-        }
-        let (recipe, step) = (self.recipe, self.steps());
-        let phase = Phase::at(recipe, step);
-        let (place, first) = phase.place_in_series(recipe, step);
-        let batch = self.batch_of(&phase, first)?;
-        let d = &recipe.descent;
-        if d.truths_per_step == 0
-            || d.sequential
-            || d.pseudo_pattern_steps > 1
-            || step + 1 >= d.steps
-        {
-            return self.step_on(batch, &phase, place);
-        }
-        // The next draw asks nothing of the weights: it is made while the networks are at work on this one.
-        let (training_set, noise, device) = (
-            self.training_set,
-            Arc::clone(&self.noise),
-            self.device.clone(),
-        );
-        let site = self.site.clone();
-        let (stepped, next) = rayon::join(
-            || self.step_on(batch, &phase, place),
-            || Batch::new(recipe, training_set, &noise, None, step + 1, &site, &device),
-        );
-        stepped?;
-        self.batch = Some(next?);
-        Ok(())
-    }
-
-    /// One step on a batch.
-    fn step_on(&mut self, batch: Batch, phase: &Phase, place: usize) -> Result<()> {
-        let (recipe, step) = (self.recipe, self.steps());
-        let tracked = |t: &Tensor<3>| Tensor::from_inner(t.clone()).require_grad();
-        let mut nets = of_features(&self.now.nets, phase.learners.clone());
-        nets.weight = nets.weight.iter().map(tracked).collect();
-        nets.bias = nets.bias.iter().map(tracked).collect();
-        let output = nets.forward(Tensor::from_inner(batch.inputs.clone())); // [snapshot, learner]
-        // The slope is known in closed form, so the tape only carries Σ g ∘ slope back through the networks.
-        let (error, slope) = self.error_and_slope(&batch, output.clone().inner(), place)?;
-        let surrogate = (output * Tensor::from_inner(slope)).sum();
-        let mut gradients = surrogate.backward();
-        let mut take = |t: &Tensor<3>| {
-            t.grad_remove(&mut gradients)
-                .ok_or_else(|| Error::work("a parameter of the networks got no gradient"))
-        };
-        let parameters = nets.weight.iter().chain(&nets.bias);
-        let slopes = parameters.map(&mut take).collect::<Result<Vec<_>>>()?;
-        let slopes = limited(slopes, recipe.descent.gradient_limit)?;
-        nets.weight = nets.weight.into_iter().map(Tensor::inner).collect();
-        nets.bias = nets.bias.into_iter().map(Tensor::inner).collect();
-        let moved = self.descend(&batch, nets, slopes, error)?;
-        put_features(&mut self.now.nets, phase.learners.clone(), moved);
-        self.batch = Some(batch);
-        if Phase::at(recipe, step + 1) != *phase {
-            self.now.begin_stage();
-            self.batch = None;
-        }
-        Ok(())
-    }
-
-    /// What is descended where the networks answer `answer`, and its slope there, `[snapshot, learner]`: the objective
-    /// with ∂E/∂g at a series' first step, the squared error of its pseudo-patterns at the others.
-    fn error_and_slope(
-        &mut self,
-        batch: &Batch,
-        answer: Tensor<2>,
-        place: usize,
-    ) -> Result<(f64, Tensor<2>)> {
-        let searches = self.recipe.descent.optimiser == Optimiser::ConjugateGradient;
-        if let (Some(patterns), 1..) = (&self.now.pseudo_patterns, place) {
-            let error = match searches {
-                true => patterns.error(answer.clone())?,
-                false => f64::NAN, // nobody asks
-            };
-            return Ok((error, patterns.residual(answer)));
-        }
-        let space = &mut self.workspace;
-        let e = batch.evaluate(self.recipe, self.training_set, space, answer.clone())?;
-        if !e.is_finite {
-            return Err(no_number(self.steps()));
-        }
-        self.now.evaluations += 1;
-        self.now.training = e.error_reduction;
-        let gradient = e.gradient;
-        if self.recipe.descent.pseudo_pattern_steps == 1 {
-            return Ok((e.error, gradient));
-        }
-        let patterns = PseudoPatterns {
-            output: answer.clone(),
-            gradient: gradient.clone(),
-        };
-        let error = patterns.error(answer)?;
-        if searches {
-            self.now.descent.forget(); // conjugate directions are those of one error
-        }
-        self.now.pseudo_patterns = Some(patterns);
-        Ok((error, gradient))
-    }
-
-    /// The networks one step further down.
-    fn descend(
-        &mut self,
-        batch: &Batch,
-        nets: Nets,
-        slopes: Vec<Tensor<3>>,
-        error: f64,
-    ) -> Result<Nets> {
-        let parameters: Vec<Tensor<3>> = nets.weight.iter().chain(&nets.bias).cloned().collect();
-        let layers = nets.weight.len();
-        let with = |mut parameters: Vec<Tensor<3>>| Nets {
-            bias: parameters.split_off(layers),
-            weight: parameters,
-            ..nets.clone()
-        };
-        let now = &mut self.now;
-        let moved = match self.recipe.descent.optimiser {
-            Optimiser::Adam | Optimiser::Momentum => now.descent.step(parameters, slopes),
-            Optimiser::ConjugateGradient => {
-                let (patterns, evaluations) = (&now.pseudo_patterns, &mut now.evaluations);
-                let (recipe, training_set, space) =
-                    (self.recipe, self.training_set, &mut self.workspace);
-                let mut error_at = |parameters| {
-                    let output = with(parameters).forward(batch.inputs.clone());
-                    if let Some(patterns) = patterns {
-                        return patterns.error(output);
-                    }
-                    *evaluations += 1;
-                    let e = batch.evaluate(recipe, training_set, space, output)?;
-                    Ok(e.error)
-                };
-                now.descent
-                    .step_along_a_line(&parameters, &slopes, error, &mut error_at)?
-            }
-        };
-        Ok(with(moved))
-    }
-
-    /// The batch of the series that began at step `first`: the last step's, or drawn (after a resumption, again).
-    fn batch_of(&mut self, phase: &Phase, first: usize) -> Result<Batch> {
-        // All training snapshots without noise stay the same from series to series.
-        let unchanging =
-            self.recipe.descent.truths_per_step == 0 && self.recipe.augmentation.input_noise == 0.0;
-        if let Some(batch) = self.batch.take()
-            && (batch.step == first || unchanging)
-        {
-            return Ok(batch);
-        }
-        let frozen = match phase.learners.start {
-            0 => None,
-            learned => Some(of_features(&self.now.nets, 0..learned)),
-        };
-        Batch::new(
-            self.recipe,
-            self.training_set,
-            &self.noise,
-            frozen.as_ref(),
-            first,
-            &self.site,
-            &self.device,
-        )
-    }
-
-    /// The validation part under some networks, where there is one; without those that do not learn yet.
-    fn validate(&self, nets: &Nets) -> Result<Option<ErrorReduction>> {
-        let Some(validation_set) = &self.training_set.validation_set else {
-            return Ok(None);
-        };
-        let phase = Phase::at(self.recipe, self.steps());
-        let nets = of_features(nets, 0..phase.learners.end);
-        let training = array(nets.forward(self.inputs.clone()))?;
-        let truth = array(nets.forward(tensor(validation_set.inputs.view(), &self.device)))?;
-        self.training_set
-            .validate(validation_set, truth.view(), training.view())
-            .map(Some)
-    }
-
-    fn finish(mut self, stopped_by: StoppedBy) -> Result<Trained> {
-        self.sync();
-        let nets = match self.now.best_validation {
-            Some(_) => &self.now.best_nets,
-            None => &self.now.nets,
-        };
-        let activation = array(nets.forward(self.inputs.clone()))?;
-        Ok(Trained {
-            weights: nets.weights()?,
-            train: self.training_set.judge(activation.view())?,
-            activation,
-            validation: self.validate(nets)?,
-            steps: self.steps(),
-            evaluations: self.now.evaluations,
-            stopped_by,
-        })
-    }
-}
+//! The training loop: steps down the objective, a judgement of the validation part now and then, the best of it kept.
+//!
+//! This is the lower level, for benches and for loops of one's own: it knows no files of models and prepares no data.
+//! [`Training`](crate::model::Training) is the front door.
 
 mod array_backend;
 mod batch;
+mod checkpoint;
+mod directive;
+mod identity;
 mod on_device;
 mod phase;
 mod progress;
 mod pseudo_patterns;
 mod restarts;
+mod state;
+mod step;
 mod tensors;
+
+pub use directive::Directive;
+pub use identity::TrainingIdentity;
+pub use progress::{Progress, StoppedBy, Trained};
+pub use restarts::remove_checkpoints;
+pub use step::Trainer;
+
+use super::{recipe::Recipe, training_set::TrainingSet};
+use crate::error::{Error, Result};
+use burn::tensor::Device;
+use phase::Phase;
+use restarts::{checkpoint_of, restart_seed};
+use std::path::Path;
+
+/// Share of the steps after which a training that has learned nothing ends, and …
+const NOTHING_LEARNED_AFTER: f64 = 0.25;
+/// … the error reduction on the validation part that counts as nothing.
+pub const NOTHING_LEARNED: f64 = 0.01;
+
+/// Where a training keeps its checkpoints, and whether it goes on from one.
+#[derive(Debug, Clone, Copy)]
+pub struct Checkpoints<'a> {
+    /// The file; for every restart but the first its number is put behind the name.
+    pub path: &'a Path,
+    /// What the training is: only its own checkpoints are taken up.
+    pub identity: &'a TrainingIdentity,
+    /// Go on from a checkpoint where there is one; otherwise it is removed.
+    pub resume: bool,
+}
+
+/// Trains a recipe with the networks on a device: as often as `restarts` asks, each time from other random weights. The
+/// training of the least validation error is kept; of the least training error where nothing can be validated.
+///
+/// A training that goes on from a checkpoint ends in the same bits as if it had never stopped. It starts afresh where there
+/// is no checkpoint yet.
+///
+/// # Errors
+/// Where a checkpoint belongs to another training or is damaged, or can't be written, and where `on_progress` cancels.
+pub fn train(
+    recipe: &Recipe,
+    training_set: &TrainingSet,
+    device: &Device,
+    checkpoints: Option<&Checkpoints>,
+    on_progress: &mut dyn FnMut(Progress) -> Directive,
+) -> Result<Trained> {
+    let restarts = recipe.descent.restarts;
+    if let Some(checkpoints) = checkpoints.filter(|c| !c.resume) {
+        // Another training's, or an older one's: it must not be taken up after this one is stopped.
+        remove_checkpoints(checkpoints.path, restarts)?;
+    }
+    let judged = |t: &Trained| t.validation.unwrap_or(t.train).error_reduction;
+    let mut best: Option<Trained> = None;
+    for restart in 0..restarts {
+        let recipe = Recipe {
+            seed: restart_seed(recipe.seed, restart),
+            ..recipe.clone()
+        };
+        let before = restart * recipe.descent.steps;
+        let mut on_progress = |p: Progress| {
+            on_progress(Progress {
+                step: before + p.step,
+                most_steps: restarts * p.most_steps,
+                ..p
+            })
+        };
+        let path = checkpoints.map(|c| checkpoint_of(c.path, restart));
+        let checkpoints = checkpoints.zip(path.as_deref());
+        let checkpoints = checkpoints.map(|(c, path)| Checkpoints { path, ..*c });
+        let trained = train_once(
+            &recipe,
+            training_set,
+            device,
+            checkpoints.as_ref(),
+            &mut on_progress,
+        )?;
+        let stops = trained.stopped_by == StoppedBy::Callback;
+        let is_best = best.as_ref().is_none_or(|b| judged(&trained) > judged(b));
+        match &mut best {
+            // What was stopped is what is reported, whichever of the starts was the best.
+            Some(best) if !is_best && stops => best.stopped_by = StoppedBy::Callback,
+            Some(_) if !is_best => {}
+            _ => best = Some(trained),
+        }
+        if stops {
+            break;
+        }
+    }
+    best.ok_or_else(|| Error::usage("descent.restarts = 0: expected at least 1"))
+}
+
+/// One training, from the weights that the recipe's seed gives.
+fn train_once(
+    recipe: &Recipe,
+    training_set: &TrainingSet,
+    device: &Device,
+    checkpoint: Option<&Checkpoints>,
+    on_progress: &mut dyn FnMut(Progress) -> Directive,
+) -> Result<Trained> {
+    let descent = &recipe.descent;
+    let mut trainer = Trainer::new(recipe, training_set, device);
+    let mut resumed_at = None;
+    if let Some(c) = checkpoint.filter(|c| c.resume && c.path.exists()) {
+        trainer.load(checkpoint::read(
+            c.path,
+            c.identity,
+            recipe,
+            &trainer.now.nets,
+        )?)?;
+        resumed_at = Some(trainer.steps());
+    }
+    let mut validation = None;
+    let stopped_by = loop {
+        let step = trainer.steps();
+        let judged = step.is_multiple_of(descent.validate_every) || step == descent.steps;
+        if judged {
+            validation = trainer.judge_and_keep()?.map(|e| e.error_reduction);
+        }
+        let state = &trainer.now;
+        match on_progress(Progress {
+            step,
+            most_steps: descent.steps,
+            judged,
+            validation,
+            best_validation: state.best_validation,
+            batch_error_reduction: state.batch_error_reduction,
+        }) {
+            Directive::Continue => {}
+            Directive::Stop => {
+                if !judged {
+                    trainer.judge_and_keep()?;
+                }
+                break StoppedBy::Callback;
+            }
+            Directive::Cancel => return Err(cancelled(&mut trainer, recipe, checkpoint)?),
+        }
+        if step >= descent.steps {
+            break StoppedBy::Steps;
+        }
+        if let Some(reason) = reason_to_stop(recipe, &trainer) {
+            break reason;
+        }
+        if let Some(c) =
+            checkpoint.filter(|_| step > 0 && step.is_multiple_of(descent.checkpoint_every))
+        {
+            trainer.sync();
+            checkpoint::write(c.path, c.identity, &trainer.now)?;
+        }
+        trainer.step()?;
+    };
+    trainer.finish(stopped_by, resumed_at)
+}
+
+/// What the validation part says against taking the next step.
+fn reason_to_stop(recipe: &Recipe, trainer: &Trainer) -> Option<StoppedBy> {
+    let (descent, state) = (&recipe.descent, &trainer.now);
+    let best = state.best_validation?;
+    let since_best = trainer.steps() - state.best_step;
+    if !Phase::at(recipe, trainer.steps()).is_last {
+        return None;
+    }
+    if since_best >= descent.patience {
+        return Some(StoppedBy::Validation);
+    }
+    // One feature of a sequence may well be worth nothing by itself, and a start may lie on a plateau that is left later:
+    // as long as the best still rises, however low it is, the training goes on.
+    let quarter = NOTHING_LEARNED_AFTER * descent.steps as f64;
+    let hopeless = !descent.sequential && best < NOTHING_LEARNED && since_best as f64 >= quarter;
+    hopeless.then_some(StoppedBy::NothingLearned)
+}
+
+/// Writes the last checkpoint, where one is kept; the error that says so.
+fn cancelled(
+    trainer: &mut Trainer,
+    recipe: &Recipe,
+    checkpoint: Option<&Checkpoints>,
+) -> Result<Error> {
+    let mut message = format!(
+        "the training was cancelled at step {} of {}",
+        trainer.steps(),
+        recipe.descent.steps
+    );
+    if let Some(c) = checkpoint {
+        trainer.sync();
+        checkpoint::write(c.path, c.identity, &trainer.now)?;
+        message += &format!("; its checkpoint is {}", c.path.display());
+    }
+    Ok(Error::cancelled(message))
+}
+
 #[cfg(test)]
 mod tests;

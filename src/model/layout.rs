@@ -1,6 +1,6 @@
 //! Which arrays a model is made of: written in this layout, and held to it when read.
 
-use super::{Header, Model, arrays::Arrays};
+use super::{arrays::Arrays, header::Header, trained_model::Model};
 use crate::{
     detector::net::{Layer, Weights},
     error::{Error, Result},
@@ -122,18 +122,18 @@ fn bias_of(layer: &str) -> String {
     format!("{layer}.bias")
 }
 
-/// Names of all layers of the networks that a header tells.
+/// Names of all layers of the networks that a header describes.
 fn layer_names(header: &Header) -> BTreeSet<String> {
     let recipe = &header.recipe;
     let trunk = recipe.network.trunk.len();
     let shapes = recipe.network.shapes(header.input.width(), recipe.features);
-    let of = |(l, [networks, _, _]): (usize, [usize; 3])| {
+    let names = |(l, [networks, _, _]): (usize, [usize; 3])| {
         (0..networks).map(move |i| layer_name(trunk, l, i))
     };
-    shapes.into_iter().enumerate().flat_map(of).collect()
+    shapes.into_iter().enumerate().flat_map(names).collect()
 }
 
-/// Refuses, by name, networks of a layout that is not ours (convolutions, more filters or layers than the header tells,
+/// Refuses, by name, networks of a layout that is not ours (convolutions, more filters or layers than the header has,
 /// banks): to pass over their arrays would be to compute something else than what was trained.
 fn check_names(header: &Header, arrays: &Arrays) -> Result<()> {
     let names = layer_names(header);
@@ -163,7 +163,7 @@ fn check_names(header: &Header, arrays: &Arrays) -> Result<()> {
     }
 }
 
-/// The networks, whose shapes must be those that the header's recipe tells.
+/// The networks, whose shapes must be those that the header's recipe gives.
 fn weights(header: &Header, arrays: &Arrays) -> Result<Weights> {
     let network = &header.recipe.network;
     let trunk = network.trunk.len();

@@ -4,8 +4,14 @@ use super::{
     arrays::{Arrays, Values},
     *,
 };
-use crate::{learning::trainer, recording::Columns, seed::Seed};
-use ndarray::{ArrayD, IxDyn};
+use crate::{
+    belief::Uncertainty,
+    geometry::Pose,
+    learning::Recipe,
+    recording::{Channel, Columns, Recording},
+    seed::Seed,
+};
+use ndarray::{Array2, ArrayD, IxDyn};
 use rand::RngExt;
 use serde_json::{Value, json};
 
@@ -43,10 +49,7 @@ fn model(with_route: bool) -> Model {
     recipe.descent.steps = 2;
     recipe.network.trunk = vec![5];
     recipe.network.hidden = vec![3, 2];
-    let split = recipe.split.split(&recording).unwrap();
-    let training_set = TrainingSet::prepare(&recipe, &recording, &split).unwrap();
-    let trained = trainer::train(&recipe, &training_set, None, false, "", &mut |_| ()).unwrap();
-    Model::new(&recipe, &recording, &training_set, trained)
+    Training::new(&recipe, &recording).run().unwrap().model
 }
 
 #[test]

@@ -119,9 +119,11 @@ impl Evaluator<'_, '_> {
             *model = self
                 .model_cache
                 .model(&told.name, &recipe, protocol, &mut |at| {
-                    let reduction = 100.0 * at.training;
+                    let validation = at.best_validation.map_or(String::new(), |reduction| {
+                        format!(", validation {:.0} %", 100.0 * reduction)
+                    });
                     progress_counter.meanwhile(&format!(
-                        "{dataset}: training {}, step {}, error reduction {reduction:.0} %",
+                        "{dataset}: training {}, step {}{validation}",
                         told.name, at.step
                     ));
                 })?;

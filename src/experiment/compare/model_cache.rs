@@ -4,8 +4,8 @@ use super::record::file_names;
 use crate::{
     error::{Error, Result},
     experiment::protocol::Protocol,
-    learning::{Recipe, trainer, training_set::TrainingSet},
-    model::Model,
+    learning::{Recipe, trainer::Progress},
+    model::Training,
     storage,
 };
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ impl<'a> ModelCache<'a> {
         system: &str,
         recipe: &Recipe,
         protocol: &Protocol,
-        progress: &mut dyn FnMut(trainer::Progress),
+        progress: &mut dyn FnMut(Progress),
     ) -> Result<PathBuf> {
         let known = self.trained.iter().position(|(known, _)| known == recipe);
         let at = match known {
@@ -64,14 +64,17 @@ fn train(
     recipe: &Recipe,
     protocol: &Protocol,
     file: &Path,
-    progress: &mut dyn FnMut(trainer::Progress),
+    progress: &mut dyn FnMut(Progress),
 ) -> Result<()> {
     let recording = protocol.recording.select(&protocol.mapping)?;
-    let split = recipe.split.split(&recording)?;
-    let training_set = TrainingSet::prepare(recipe, &recording, &split)?;
-    let trained = trainer::train(recipe, &training_set, None, false, "", progress)?;
+    let training = Training::new(recipe, &recording).on_progress(|p| {
+        if p.judged {
+            progress(p);
+        }
+    });
+    let learned = training.run()?;
     if let Some(folder) = file.parent() {
         storage::make_folder(folder)?;
     }
-    Model::new(recipe, &recording, &training_set, trained).write(file)
+    learned.model.write(file)
 }

@@ -7,11 +7,11 @@
 //! drawn snapshots, one feature after another, searches along a line.
 
 use super::{
-    PseudoPatterns, array,
-    batch::{Noise, reduction, scale},
-    no_number,
+    batch::{Noise, no_number, reduction, scale},
     phase::Phase,
-    tensor,
+    pseudo_patterns::PseudoPatterns,
+    state::State,
+    tensors::{array, tensor},
 };
 use crate::{
     detector::{
@@ -21,7 +21,6 @@ use crate::{
     },
     error::Result,
     learning::{
-        checkpoint::Checkpoint,
         optimiser::InPlace,
         problem::Workspace,
         recipe::{Optimiser, Recipe},
@@ -53,7 +52,7 @@ struct Patterns {
 impl ArrayBackend {
     /// Where these networks are trained faster here: on the CPU, small, all at once, all snapshots at every step, by a
     /// plain step down the gradient.
-    pub fn of(recipe: &Recipe, weights: &Weights, device: &Device) -> Option<Self> {
+    pub fn where_it_fits(recipe: &Recipe, weights: &Weights, device: &Device) -> Option<Self> {
         let d = &recipe.descent;
         let fits = Stacked::fits(weights)
             && *device == device::cpu()
@@ -77,7 +76,7 @@ impl ArrayBackend {
     ///
     /// # Errors
     /// Where the device does not give its data back.
-    pub fn load(&mut self, now: &Checkpoint) -> Result<()> {
+    pub fn load(&mut self, now: &State) -> Result<()> {
         self.weights = now.nets.weights()?;
         self.descent = InPlace::after(&now.descent)?;
         let patterns = now.pseudo_patterns.clone().map(|patterns| {
@@ -91,7 +90,7 @@ impl ArrayBackend {
     }
 
     /// Says where the training stands, as tensors.
-    pub fn store(&self, now: &mut Checkpoint, device: &Device) {
+    pub fn store(&self, now: &mut State, device: &Device) {
         now.nets = Nets::new(&self.weights, device);
         now.descent = self.descent.descent(&now.nets);
         now.pseudo_patterns = self.patterns.as_ref().map(|patterns| PseudoPatterns {
@@ -100,7 +99,7 @@ impl ArrayBackend {
         });
     }
 
-    /// One step, as [`super::Trainer::step`]; of the checkpoint only what is counted is kept up.
+    /// One step of the same training as on tensors; of the state only what is counted is kept up.
     ///
     /// # Errors
     /// Where the objective or its gradient is no longer a finite number.
@@ -110,13 +109,13 @@ impl ArrayBackend {
         training_set: &TrainingSet,
         noise: &Noise,
         workspace: &mut Workspace,
-        now: &mut Checkpoint,
+        now: &mut State,
     ) -> Result<()> {
         // One way into the pool of threads for the whole step.
         let evaluated = rayon::scope(|_| self.descend(recipe, training_set, noise, workspace))?;
         if let Some(reduction) = evaluated {
             now.evaluations += 1;
-            now.training = reduction;
+            now.batch_error_reduction = reduction;
         }
         now.descent.steps = self.descent.steps;
         Ok(())

@@ -1,6 +1,9 @@
 //! The snapshots that one evaluation of the objective is about, on the device, with their noise.
 
-use super::{OnDevice, array, tensor};
+use super::{
+    on_device::OnDevice,
+    tensors::{array, tensor},
+};
 use crate::{
     detector::{net::Nets, stacked},
     error::{Error, Result},
@@ -291,7 +294,7 @@ fn joined<T: Clone>(axis: Axis, parts: &[ArrayView2<T>]) -> Result<Array2<T>> {
     concatenate(axis, parts).map_err(|e| Error::work(format!("parts of a step: {e}")))
 }
 
-pub(super) fn no_number(step: usize) -> Error {
+pub fn no_number(step: usize) -> Error {
     Error::work(format!(
         "the objective is no longer a number after {step} steps; expected a smaller descent.learning_rate"
     ))

@@ -5,7 +5,7 @@
 //! too many pairs for a table, the CPU takes over: it knows the structure of the priors, and its cost is linear in the
 //! number of places.
 
-use super::tensor;
+use super::tensors::tensor;
 use crate::{
     detector::net::values,
     error::Result,

@@ -1,15 +1,25 @@
 //! Does training learn, follow the gradient, and end in the same bits every time?
 
-use super::*;
+use super::{
+    tensors::{array, tensor},
+    *,
+};
 use crate::{
     belief::Uncertainty,
-    detector::net::NetConfig,
+    detector::{
+        device::cpu,
+        net::{NetConfig, Nets, Weights},
+    },
     geometry::Pose,
-    learning::recipe::{AugmentationConfig, DescentConfig, Objective, Optimiser, Scale},
+    learning::{
+        problem::Workspace,
+        recipe::{AugmentationConfig, DescentConfig, Objective, Optimiser, Scale, Schedule},
+    },
     recording::{
         Channel, Columns, Recording,
         split::{SplitConfig, Unit},
     },
+    seed::Seed,
 };
 use ndarray::Array2;
 use rand::RngExt;
@@ -114,15 +124,53 @@ fn training_set<'a>(recipe: &Recipe, recording: &'a Recording) -> TrainingSet<'a
 
 fn trained(recipe: &Recipe) -> Trained {
     let recording = recording();
+    run(recipe, &training_set(recipe, &recording)).unwrap()
+}
+
+/// A training on the CPU without checkpoints.
+fn run(recipe: &Recipe, training_set: &TrainingSet) -> Result<Trained> {
+    train(recipe, training_set, &cpu(), None, &mut |_| {
+        Directive::Continue
+    })
+}
+
+/// An identity with a given name; `steps` tells it from the same training of other lengths.
+fn identity(name: &str, steps: usize) -> TrainingIdentity {
+    TrainingIdentity {
+        whole: format!("{name} of {steps} steps"),
+        but_for_steps: name.to_string(),
+    }
+}
+
+/// A training with checkpoints in a file, which `on_progress` may end.
+fn run_with<D: Into<Directive>>(
+    recipe: &Recipe,
+    training_set: &TrainingSet,
+    (path, name, resume): (&Path, &str, bool),
+    on_progress: &mut dyn FnMut(Progress) -> D,
+) -> Result<Trained> {
+    let identity = identity(name, recipe.descent.steps);
+    let checkpoints = Checkpoints {
+        path,
+        identity: &identity,
+        resume,
+    };
+    let on_progress = &mut |p| on_progress(p).into();
     train(
         recipe,
-        &training_set(recipe, &recording),
-        None,
-        false,
-        "",
-        &mut |_| (),
+        training_set,
+        &cpu(),
+        Some(&checkpoints),
+        on_progress,
     )
-    .unwrap()
+}
+
+/// Ends a training when so many steps are taken.
+fn at(step: usize, end: Directive) -> impl FnMut(Progress) -> Directive {
+    move |p| match p.step == step {
+        true => end,
+        false => Directive::Continue,
+    }
 }
 
 #[test]
@@ -189,9 +237,7 @@ fn one_step_follows_the_numerical_gradient() {
             .unwrap();
         e.posterior_error_m / e.prior_error_m
     };
-    let after = train(&recipe, &training_set, None, false, "", &mut |_| ())
-        .unwrap()
-        .weights;
+    let after = run(&recipe, &training_set).unwrap().weights;
     for (layer, at) in [
         (0, [0, 3, 2]),
         (0, [1, 7, 5]),
@@ -222,43 +268,135 @@ fn a_resumed_training_ends_in_the_same_bits() {
 fn resumes(recipe: &Recipe) {
     let recording = recording();
     let training_set = training_set(recipe, &recording);
-    let whole = train(recipe, &training_set, None, false, "it", &mut |_| ()).unwrap();
+    let whole = run(recipe, &training_set).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.checkpoint");
-    for killed_after in [3, 8, 29] {
-        let _ = std::fs::remove_file(&path);
-        let stopped = Recipe {
-            descent: DescentConfig {
-                steps: killed_after,
-                ..recipe.descent.clone()
-            },
-            ..recipe.clone()
-        };
-        train(
-            &stopped,
-            &training_set,
-            Some(&path),
-            false,
-            "it",
-            &mut |_| (),
-        )
-        .unwrap();
-        let resumed = train(recipe, &training_set, Some(&path), true, "it", &mut |_| ()).unwrap();
+    for cancelled_at in [0, 3, 8, 29, recipe.descent.steps] {
+        let file = (&*path, "it", false);
+        let cancel = &mut at(cancelled_at, Directive::Cancel);
+        let error = run_with(recipe, &training_set, file, cancel).unwrap_err();
+        assert!(error.is_cancelled(), "{error}");
+        let message = error.to_string();
+        assert!(
+            message.contains(&format!("step {cancelled_at} of")),
+            "{message}"
+        );
+        let file = (&*path, "it", true);
+        let resumed = run_with(recipe, &training_set, file, &mut |_| ()).unwrap();
         assert_eq!(
             resumed.weights, whole.weights,
-            "killed after {killed_after} steps"
+            "cancelled at step {cancelled_at}"
         );
         assert_eq!(resumed.steps, whole.steps);
+        assert_eq!(resumed.resumed_at, Some(cancelled_at));
+        assert_eq!(resumed.extended_at, None);
     }
-    let other = train(
-        recipe,
-        &training_set,
-        Some(&path),
-        true,
-        "another",
-        &mut |_| (),
-    );
+    let other = run_with(recipe, &training_set, (&path, "another", true), &mut |_| ());
     assert!(other.unwrap_err().to_string().contains("another training"));
+}
+
+#[test]
+fn a_stopped_training_keeps_the_best_so_far() {
+    let recipe = recipe();
+    let recording = recording();
+    let training_set = training_set(&recipe, &recording);
+    let mut best = None;
+    let stop = &mut |p: Progress| {
+        best = p.best_validation;
+        match p.step == 33 {
+            true => Directive::Stop, // not a step that the validation part is judged at
+            false => Directive::Continue,
+        }
+    };
+    let stopped = train(&recipe, &training_set, &cpu(), None, stop).unwrap();
+    assert_eq!(stopped.stopped_by, StoppedBy::Callback);
+    assert_eq!(stopped.steps, 33);
+    let kept = stopped.validation.unwrap().error_reduction;
+    assert!(kept >= best.unwrap() && kept > 0.2, "{kept} {best:?}");
+
+    let mut several = recipe.clone();
+    several.descent.restarts = 3;
+    let mut last = 0;
+    let stop = &mut |p: Progress| {
+        last = p.step;
+        assert_eq!(p.most_steps, 180);
+        match p.step == 70 {
+            true => Directive::Stop,
+            false => Directive::Continue,
+        }
+    };
+    let stopped = train(&several, &training_set, &cpu(), None, stop).unwrap();
+    assert_eq!((last, stopped.stopped_by), (70, StoppedBy::Callback));
+}
+
+/// Where the rate is constant, the first steps of a longer training are those of a shorter one; where it falls along a
+/// cosine they are not, and the result says so.
+#[test]
+fn a_checkpoint_goes_on_to_more_steps() {
+    let recording = recording();
+    for schedule in [Schedule::Constant, Schedule::Cosine] {
+        let mut recipe = recipe_in_draws();
+        recipe.descent.schedule = schedule;
+        let training_set = training_set(&recipe, &recording);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model.checkpoint");
+        let cancel = &mut at(50, Directive::Cancel);
+        run_with(&recipe, &training_set, (&path, "it", false), cancel).unwrap_err();
+
+        let mut longer = recipe.clone();
+        longer.descent.steps = 80;
+        longer.descent.patience = 80;
+        let resume = (&*path, "it", true);
+        // Cancelled once more on the way: what it is must not be forgotten.
+        let cancel = &mut at(60, Directive::Cancel);
+        run_with(&longer, &training_set, resume, cancel).unwrap_err();
+        let extended = run_with(&longer, &training_set, resume, &mut |_| ()).unwrap();
+        assert_eq!(extended.steps, 80);
+        let whole = run(&longer, &training_set).unwrap();
+        let is_the_same = extended.weights == whole.weights;
+        match schedule {
+            Schedule::Constant => assert!(is_the_same && extended.extended_at.is_none()),
+            Schedule::Cosine => assert!(!is_the_same && extended.extended_at == Some(50)),
+        }
+
+        let mut shorter = recipe.clone();
+        shorter.descent.steps = 59;
+        let refused = run_with(&shorter, &training_set, resume, &mut |_| ()).unwrap_err();
+        assert!(refused.to_string().contains("at step 72"), "{refused}");
+    }
+}
+
+#[test]
+fn a_checkpoint_of_a_sequence_does_not_go_on_to_other_steps() {
+    let mut recipe = recipe();
+    recipe.descent.sequential = true;
+    let recording = recording();
+    let training_set = training_set(&recipe, &recording);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.checkpoint");
+    let cancel = &mut at(10, Directive::Cancel);
+    run_with(&recipe, &training_set, (&path, "it", false), cancel).unwrap_err();
+    recipe.descent.steps = 80;
+    let refused = run_with(&recipe, &training_set, (&path, "it", true), &mut |_| ());
+    let refused = refused.unwrap_err().to_string();
+    assert!(refused.contains("descent.sequential"), "{refused}");
+}
+
+/// Readings that are the same everywhere: there is nothing to find, and a quarter of the steps is enough to see it.
+#[test]
+fn a_training_that_learns_nothing_ends_after_a_quarter_of_its_steps() {
+    let mut recipe = recipe();
+    recipe.descent.steps = 400;
+    recipe.descent.patience = 400;
+    let mut columns = recording().into_columns();
+    for (run, mut readings) in columns.run.iter().zip(columns.values.rows_mut()) {
+        readings.fill(*run as f32);
+    }
+    let recording = Recording::new(columns).unwrap();
+    let trained = run(&recipe, &training_set(&recipe, &recording)).unwrap();
+    assert_eq!(trained.stopped_by, StoppedBy::NothingLearned, "{trained:?}");
+    assert!((100..200).contains(&trained.steps), "{}", trained.steps);
+    assert!(trained.validation.unwrap().error_reduction < NOTHING_LEARNED);
 }
 
 /// What training ends in where so many threads work.
@@ -282,37 +420,16 @@ fn an_old_checkpoint_does_not_outlive_a_fresh_start() {
     let training_set = training_set(&recipe, &recording);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.checkpoint");
-    train(
-        &recipe,
-        &training_set,
-        Some(&path),
-        false,
-        "old",
-        &mut |_| (),
-    )
-    .unwrap();
+    let old = (&*path, "old", false);
+    run_with(&recipe, &training_set, old, &mut |_| ()).unwrap();
     assert!(path.exists());
-    let mut short = recipe.clone();
-    short.descent.steps = 3;
-    train(
-        &short,
-        &training_set,
-        Some(&path),
-        false,
-        "new",
-        &mut |_| (),
-    )
-    .unwrap();
-    let resumed = train(
-        &recipe,
-        &training_set,
-        Some(&path),
-        true,
-        "new",
-        &mut |_| (),
-    )
-    .unwrap();
-    let whole = train(&recipe, &training_set, None, false, "new", &mut |_| ()).unwrap();
+    // Stopped at once, this one leaves no checkpoint of its own.
+    let new = (&*path, "new", false);
+    run_with(&recipe, &training_set, new, &mut at(3, Directive::Stop)).unwrap();
+    assert!(!path.exists());
+    let new = (&*path, "new", true);
+    let resumed = run_with(&recipe, &training_set, new, &mut |_| ()).unwrap();
+    let whole = run(&recipe, &training_set).unwrap();
     assert_eq!(resumed.weights, whole.weights);
 }
 
@@ -325,13 +442,14 @@ fn the_dense_objective_on_the_device_leads_to_the_same_place() {
         let after = |mut trainer: Trainer| {
             (0..20).for_each(|_| trainer.step().unwrap());
             trainer.sync();
-            let nets = trainer.now.nets.forward(trainer.inputs.clone());
-            (array(nets).unwrap(), trainer.now.training)
+            let inputs = tensor(training_set.inputs.view(), &cpu());
+            let nets = trainer.now.nets.forward(inputs);
+            (array(nets).unwrap(), trainer.now.batch_error_reduction)
         };
         let (structured, before) = after(Trainer::new(&recipe, &training_set, &cpu()).on_tensors());
-        let (dense, told) =
+        let (dense, found) =
             after(Trainer::new(&recipe, &training_set, &cpu()).with_dense_objective());
-        assert!((told - before).abs() < 1e-3, "{name}: {told} {before}");
+        assert!((found - before).abs() < 1e-3, "{name}: {found} {before}");
         assert_ne!(structured, dense, "{name}: not evaluated elsewhere");
         for (a, b) in structured.iter().zip(&dense) {
             assert!((a - b).abs() < 5e-3, "{name}: {a} {b}");

@@ -6,7 +6,7 @@ use crate::{
     learning::{
         problem::Workspace,
         recipe::{Objective, Recipe},
-        trainer::array,
+        trainer::tensors::array,
     },
     seed::{Seed, Stream},
 };

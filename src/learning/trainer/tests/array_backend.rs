@@ -59,7 +59,8 @@ fn twenty_steps_end_where_tensors_end() {
         for step in 0..20 {
             array_backend.step().unwrap();
             slow.step().unwrap();
-            let apart = (array_backend.now.training - slow.now.training).abs();
+            let apart =
+                (array_backend.now.batch_error_reduction - slow.now.batch_error_reduction).abs();
             assert!(apart < 1e-5, "{name}, step {step}: {apart}");
         }
         array_backend.sync();
@@ -115,7 +116,10 @@ fn a_settled_training_goes_on_to_the_same_bits() {
             "{name}"
         );
         assert_eq!(whole.evaluations, second.evaluations, "{name}");
-        assert_eq!(whole.training, second.training, "{name}");
+        assert_eq!(
+            whole.batch_error_reduction, second.batch_error_reduction,
+            "{name}"
+        );
     }
 }
 
@@ -131,7 +135,10 @@ fn many_snapshots_give_the_same_bits_on_any_number_of_threads() {
                 let mut trainer = Trainer::new(&recipe, &training_set, &Device::flex());
                 (0..10).for_each(|_| trainer.step().unwrap());
                 trainer.sync();
-                (trainer.now.nets.weights().unwrap(), trainer.now.training)
+                (
+                    trainer.now.nets.weights().unwrap(),
+                    trainer.now.batch_error_reduction,
+                )
             })
         };
         assert_eq!(in_pool(1), in_pool(4), "{name}");

@@ -1,7 +1,8 @@
 //! Thrun's (1998) own ways of training: pseudo-patterns, conjugate gradients, sequential, online and mini-batch.
 
-use super::*;
+use super::{pseudo_patterns::PseudoPatterns, *};
 use crate::detector::net::values;
+use burn::tensor::Tensor;
 
 /// Momentum on the objective as printed, at a rate that gets somewhere in little time.
 fn thrun() -> Recipe {
@@ -72,7 +73,7 @@ fn every_mode_learns_on_a_route_and_in_the_plane() {
     for (name, recipe) in modes() {
         for recording in [recording(), in_the_plane()] {
             let training_set = training_set(&recipe, &recording);
-            let trained = train(&recipe, &training_set, None, false, "", &mut |_| ()).unwrap();
+            let trained = run(&recipe, &training_set).unwrap();
             let where_ = match recording.columns().route_m {
                 Some(_) => "route",
                 None => "plane",
@@ -100,12 +101,12 @@ fn every_mode_resumes_to_the_same_bits() {
         // Within a series, at its end, at the end of a phase, just past it.
         let killed_at = [1, 9, 10, 20, 21, 33];
         let mut keep = |p: Progress| {
-            // A step's checkpoint is written after its progress is told.
+            // A step's checkpoint is written after its progress is reported.
             if p.step > 0 && killed_at.contains(&(p.step - 1)) {
                 std::fs::copy(&path, kept(p.step - 1)).unwrap();
             }
         };
-        let whole = train(&recipe, &training_set, Some(&path), false, "it", &mut keep).unwrap();
+        let whole = run_with(&recipe, &training_set, (&path, "it", false), &mut keep).unwrap();
         recipe.descent.checkpoint_every = 1000; // writing takes longer than all the rest
         for step in killed_at {
             let mut first = None;
@@ -113,7 +114,7 @@ fn every_mode_resumes_to_the_same_bits() {
                 first.get_or_insert(p.step);
             };
             let path = kept(step);
-            let resumed = train(&recipe, &training_set, Some(&path), true, "it", &mut see).unwrap();
+            let resumed = run_with(&recipe, &training_set, (&path, "it", true), &mut see).unwrap();
             assert_eq!(first, Some(step), "{name}");
             assert_eq!(resumed.weights, whole.weights, "{name} from {step}");
             assert_eq!(resumed.evaluations, whole.evaluations, "{name} from {step}");
@@ -175,7 +176,7 @@ fn conjugate_gradients_come_further_than_momentum_on_as_many_evaluations() {
         while trainer.now.evaluations < 60 {
             trainer.step().unwrap();
         }
-        trainer.now.training
+        trainer.now.batch_error_reduction
     };
     let (momentum, conjugate) = (reached(&momentum), reached(conjugate));
     assert!(conjugate > momentum + 0.02, "{conjugate} {momentum}");
@@ -190,8 +191,8 @@ fn conjugate_gradients_never_climb() {
     let mut last = f64::NEG_INFINITY;
     for step in 0..60 {
         trainer.step().unwrap();
-        assert!(trainer.now.training >= last, "step {step}");
-        last = trainer.now.training;
+        assert!(trainer.now.batch_error_reduction >= last, "step {step}");
+        last = trainer.now.batch_error_reduction;
     }
 }
 

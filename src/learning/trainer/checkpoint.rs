@@ -1,88 +1,29 @@
-//! Where a training stands: enough to go on from there and end in the same bits.
+//! The state of a training as a file.
 
 use super::{
-    optimiser::{Descent, Memory},
-    recipe::{Optimiser, Recipe},
-    trainer::{Phase, Progress, PseudoPatterns, of_features},
+    identity::TrainingIdentity,
+    phase::{Phase, of_features},
+    pseudo_patterns::PseudoPatterns,
+    state::State,
 };
 use crate::{
     detector::net::{Nets, values},
     error::{Error, Result},
+    learning::{
+        optimiser::{Descent, Memory},
+        recipe::{Optimiser, Recipe, Schedule},
+    },
     storage,
 };
 use burn::tensor::{Tensor, TensorData};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use std::{collections::HashMap, io, path::Path};
 
-/// The state of a training between two steps.
-pub struct Checkpoint {
-    /// The networks now.
-    pub nets: Nets,
-    /// Steps taken, and what the parameters remember of them.
-    pub descent: Descent,
-    /// What steps descend that don't evaluate the objective.
-    pub pseudo_patterns: Option<PseudoPatterns>,
-    /// Evaluations of the objective so far.
-    pub evaluations: usize,
-    /// The networks at the best validation error.
-    pub best_nets: Nets,
-    /// Error reduction there; none where nothing was validated yet.
-    pub best_validation: Option<f64>,
-    /// And the step it was reached at.
-    pub best_step: usize,
-    /// Error reduction on the training part at the last step.
-    pub training: f64,
-}
-
-impl Checkpoint {
-    /// Before the first step.
-    pub fn start(nets: Nets, descent: Descent) -> Self {
-        let best_nets = nets.clone();
-        Self {
-            nets,
-            descent,
-            pseudo_patterns: None,
-            evaluations: 0,
-            best_nets,
-            best_validation: None,
-            best_step: 0,
-            training: 0.0,
-        }
-    }
-
-    /// Other networks learn from now on: nothing of what was found for the last ones holds.
-    pub fn begin_stage(&mut self) {
-        self.descent.forget();
-        self.descent.promised = 0.0;
-        self.pseudo_patterns = None;
-        self.best_validation = None;
-        self.best_step = self.descent.steps;
-    }
-
-    /// Keeps the networks if they validate better than any before.
-    pub fn look(&mut self, step: usize, validation: Option<f64>) {
-        if let Some(reduction) =
-            validation.filter(|r| self.best_validation.is_none_or(|best| *r > best))
-        {
-            self.best_validation = Some(reduction);
-            self.best_step = step;
-            self.best_nets = self.nets.clone();
-        }
-    }
-
-    /// What to tell the person who waits.
-    pub fn progress(&self, recipe: &Recipe) -> Progress {
-        Progress {
-            step: self.descent.steps,
-            most_steps: recipe.descent.steps,
-            training: self.training,
-            validation: self.best_validation,
-        }
-    }
-}
-
-/// Key of the file's metadata under which the identity of the training stands.
+/// Keys of the file's metadata: the identity of the training, that without its number of steps, …
 const IDENTITY: &str = "ballmark_training";
+const BUT_FOR_STEPS: &str = "ballmark_training_but_for_steps";
+/// … and the step at which it went on from a shorter training's checkpoint.
+const EXTENDED_AT: &str = "ballmark_extended_at";
 
 /// Numbers that are no tensor's.
 const NUMBERS: usize = 6;
@@ -90,11 +31,11 @@ const NUMBERS: usize = 6;
 /// Length of the hexadecimal SHA-256 that ends the file.
 const DIGEST: usize = 64;
 
-/// Writes a checkpoint, whole or not at all. `identity` names the training: its resolved recipe and its data.
+/// Writes a checkpoint, whole or not at all.
 ///
 /// # Errors
 /// Where the file can't be written.
-pub fn write(path: &Path, identity: &str, now: &Checkpoint) -> Result<()> {
+pub fn write(path: &Path, identity: &TrainingIdentity, now: &State) -> Result<()> {
     let mut tensors: Vec<(String, Vec<usize>, Vec<u8>, Dtype)> = Vec::new();
     let mut put = |name: String, tensor: &Tensor<3>| -> Result<()> {
         let bytes = values(tensor.clone())?
@@ -149,7 +90,7 @@ pub fn write(path: &Path, identity: &str, now: &Checkpoint) -> Result<()> {
         now.descent.steps as f64,
         now.best_step as f64,
         best,
-        now.training,
+        now.batch_error_reduction,
         now.evaluations as f64,
         now.descent.promised,
     ];
@@ -163,7 +104,13 @@ pub fn write(path: &Path, identity: &str, now: &Checkpoint) -> Result<()> {
         })
         .collect::<std::result::Result<Vec<_>, safetensors::SafeTensorError>>()
         .map_err(|e| Error::work(format!("checkpoint: {e}")))?;
-    let metadata = HashMap::from([(IDENTITY.to_string(), storage::sha256(identity.as_bytes()))]);
+    let mut metadata = HashMap::from([
+        (IDENTITY.to_string(), identity.whole.clone()),
+        (BUT_FOR_STEPS.to_string(), identity.but_for_steps.clone()),
+    ]);
+    if let Some(step) = now.extended_at {
+        metadata.insert(EXTENDED_AT.to_string(), step.to_string());
+    }
     let mut bytes = safetensors::serialize(views, Some(metadata))
         .map_err(|e| Error::work(format!("checkpoint: {e}")))?;
     let digest = storage::sha256(&bytes);
@@ -178,11 +125,18 @@ fn undamaged(bytes: &[u8]) -> Option<&[u8]> {
     (storage::sha256(content).as_bytes() == digest).then_some(content)
 }
 
-/// Takes up a checkpoint of the training named by `identity`, whose networks have the shape of `like`.
+/// Reads a checkpoint of the training named by `identity`, or of the same with another number of steps; its networks have
+/// the shape of `like`.
 ///
 /// # Errors
-/// Where the file is damaged, or belongs to a training with another recipe or other data.
-pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result<Checkpoint> {
+/// Where the file is damaged, belongs to a training with another recipe or other data, or is of another number of steps
+/// and does not fit these.
+pub fn read(
+    path: &Path,
+    identity: &TrainingIdentity,
+    recipe: &Recipe,
+    like: &Nets,
+) -> Result<State> {
     let device = like.weight[0].device(); // networks have a first layer
     let file = storage::read_file(path)?;
     let damaged = |what: &str| {
@@ -194,15 +148,21 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
     };
     let bytes = undamaged(&file).ok_or_else(|| damaged("the content"))?;
     let (_, header) = SafeTensors::read_metadata(bytes).map_err(|_| damaged("the header"))?;
-    let whose = header
-        .metadata()
-        .as_ref()
-        .and_then(|m| m.get(IDENTITY))
-        .ok_or_else(|| damaged("the header"))?;
-    if *whose != storage::sha256(identity.as_bytes()) {
+    let metadata = header.metadata().as_ref();
+    let entry = |key: &str| metadata.and_then(|m| m.get(key));
+    let whose = entry(IDENTITY).ok_or_else(|| damaged("the header"))?;
+    let has_other_steps = *whose != identity.whole;
+    if has_other_steps && entry(BUT_FOR_STEPS) != Some(&identity.but_for_steps) {
         return Err(Error::file(
             path,
             "is a checkpoint of another training (other data, recipe or version); train without --resume to start afresh",
+        ));
+    }
+    if has_other_steps && recipe.descent.sequential {
+        return Err(Error::file(
+            path,
+            "is a checkpoint of the same training with another number of steps, which descent.sequential deals out \
+             among the features: it can't go on with other ones; expected the same --steps, or train without --resume",
         ));
     }
     let file = SafeTensors::deserialize(bytes).map_err(|_| damaged("the content"))?;
@@ -261,6 +221,22 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
     };
     let mut descent = Descent::new(&recipe.descent);
     descent.steps = numbers[0] as usize;
+    if descent.steps > recipe.descent.steps {
+        return Err(Error::file(
+            path,
+            format!(
+                "is a checkpoint at step {} of the same training; expected --steps of no less than that, or train \
+                 without --resume",
+                descent.steps
+            ),
+        ));
+    }
+    // At a constant rate no step depends on how many there will be; else the bits are not those of an unbroken training.
+    let changed = has_other_steps && recipe.descent.schedule != Schedule::Constant;
+    let extended_at = match changed {
+        true => Some(descent.steps),
+        false => entry(EXTENDED_AT).and_then(|step| step.parse().ok()),
+    };
     descent.promised = numbers[5];
     let phase = Phase::at(recipe, descent.steps);
     let learners = of_features(like, phase.learners.clone());
@@ -271,21 +247,21 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
     let parameters = learners.weight.iter().take(remembered);
     let parameters = parameters.chain(learners.bias.iter().take(remembered));
     for (p, like) in parameters.enumerate() {
-        let of = |what: &str| {
+        let stored = |what: &str| {
             let name = format!("memory.{p}.{what}");
             same_shape(get(name.clone())?, like, &name)
         };
         descent.memory.push(match recipe.descent.optimiser {
             Optimiser::Adam => Memory::Adam {
-                first: of("first")?,
-                second: of("second")?,
+                first: stored("first")?,
+                second: stored("second")?,
             },
             Optimiser::Momentum => Memory::Momentum {
-                velocity: of("velocity")?,
+                velocity: stored("velocity")?,
             },
             Optimiser::ConjugateGradient => Memory::ConjugateGradient {
-                gradient: of("gradient")?,
-                direction: of("direction")?,
+                gradient: stored("gradient")?,
+                direction: stored("direction")?,
             },
         });
     }
@@ -307,7 +283,7 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
         (None, None) => None,
         _ => return Err(damaged("patterns")),
     };
-    Ok(Checkpoint {
+    Ok(State {
         nets: layers("now")?,
         descent,
         pseudo_patterns,
@@ -315,6 +291,7 @@ pub fn read(path: &Path, identity: &str, recipe: &Recipe, like: &Nets) -> Result
         best_nets: layers("best")?,
         best_validation: Some(numbers[2]).filter(|best| !best.is_nan()),
         best_step: numbers[1] as usize,
-        training: numbers[3],
+        batch_error_reduction: numbers[3],
+        extended_at,
     })
 }

@@ -1,0 +1,64 @@
+//! Everything about a model that is not an array: the JSON text in its file.
+
+use crate::{
+    belief::{OdometryMotion, Uncertainty},
+    detector::{input::Input, net::Activation},
+    learning::{ErrorReduction, Recipe, trainer::StoppedBy},
+    recording::Channel,
+};
+use serde::{Deserialize, Serialize};
+
+/// Everything about a model that is not an array.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Version of this crate that trained it.
+    pub crate_version: String,
+    /// The resolved configuration, seed and all.
+    pub recipe: Recipe,
+    /// Prior uncertainty that the filters are for.
+    pub prior: Uncertainty,
+    /// Sensors of the recording it was trained on.
+    pub channels: Vec<Channel>,
+    /// SHA-256 of the dataset file it was trained on, where it came from a file.
+    pub dataset_sha256: Option<String>,
+    /// Preprocessing; its mean and deviation stand in the arrays.
+    pub input: Input,
+    /// Activation of the hidden units.
+    pub activation: Activation,
+    /// How far the odometry of the training part can be trusted.
+    pub motion: OdometryMotion,
+    /// Expected errors reached.
+    pub scores: Scores,
+    /// How the training went; none in files written before this was recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub training: Option<TrainingRecord>,
+}
+
+/// How the training of a model went.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct TrainingRecord {
+    /// Which training it was: SHA-256 of the crate's version, the recording's content and the whole recipe.
+    pub identity: String,
+    /// The same without the recipe's number of steps.
+    pub identity_but_for_steps: String,
+    /// Steps taken.
+    pub steps: usize,
+    /// Evaluations of the objective with its gradient on the way.
+    pub evaluations: usize,
+    /// Why it ended.
+    pub stopped_by: StoppedBy,
+    /// Step of a shorter training's checkpoint that it went on from under another schedule: an unbroken training of
+    /// these steps would have ended in other bits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extended_at: Option<usize>,
+}
+
+/// Expected errors of a model on the parts of the recording it was trained on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Scores {
+    /// On the training part, with the map that localisation uses.
+    pub train: ErrorReduction,
+    /// On the validation part; none where no validation snapshot lies at a place seen in training.
+    pub validation: Option<ErrorReduction>,
+}

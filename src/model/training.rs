@@ -1,0 +1,279 @@
+//! The front door to learning: a recording and a recipe in, a model and a report out.
+
+use super::{
+    header::{Header, Scores, TrainingRecord},
+    note::Note,
+    trained_model::Model,
+};
+use crate::{
+    belief::OdometryMotion,
+    detector::device::{self, Device},
+    error::{Error, Result},
+    learning::{
+        ErrorReduction, Recipe,
+        trainer::{
+            self, Checkpoints, Directive, NOTHING_LEARNED, Progress, StoppedBy, Trained,
+            TrainingIdentity,
+        },
+        training_set::TrainingSet,
+    },
+    recording::Recording,
+};
+use std::path::{Path, PathBuf};
+
+/// With fewer validation snapshots than this, a note says that they are few.
+const FEW_VALIDATION_SNAPSHOTS: usize = 50;
+
+/// A training to be run: splits the recording, learns, keeps checkpoints and yields a [`Model`].
+///
+/// ```
+/// use ballmark::{learning::{Recipe, trainer::Directive}, model::{Resume, Training}, seed::Seed, world::corridor};
+///
+/// let config = corridor::CorridorConfig { runs: 4, spacing_m: 1.0, ..Default::default() };
+/// let recording = corridor::thrun1998(Seed(1), &config)?;
+/// let mut recipe = Recipe { features: 2, ..Recipe::default() };
+/// recipe.descent.steps = 40;
+///
+/// let folder = tempfile::tempdir()?;
+/// let learned = Training::new(&recipe, &recording)
+///     .checkpoint(folder.path().join("corridor.checkpoint"), Resume::IfSame)
+///     .on_progress(|p| match p.step {
+///         30 => Directive::Stop, // and keep the best so far
+///         _ => Directive::Continue,
+///     })
+///     .run()?;
+/// assert_eq!(learned.report.steps, 30);
+/// for note in &learned.report.notes {
+///     eprintln!("note: {note}");
+/// }
+/// learned.model.write(&folder.path().join("corridor.safetensors"))?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Training<'a> {
+    recipe: &'a Recipe,
+    recording: &'a Recording,
+    device: Device,
+    checkpoint: Option<(PathBuf, Resume)>,
+    on_progress: Box<dyn FnMut(Progress) -> Directive + 'a>,
+}
+
+/// What happens to a checkpoint that is there already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Resume {
+    /// It is removed: the training starts afresh.
+    Never,
+    /// The training goes on from it if it is of the same training: same version, data and recipe. The number of steps may
+    /// be another one, no less than the checkpoint has; where that changes the learning rate of the steps before, a
+    /// [`Note`] says so. A checkpoint of any other training is an error, and stays as it is. Where there is none, the
+    /// training starts afresh.
+    IfSame,
+}
+
+/// A model and how its training went.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Learned {
+    /// The filters with their map; the header has their scores.
+    pub model: Model,
+    /// How it went.
+    pub report: TrainingReport,
+}
+
+/// How a training went.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct TrainingReport {
+    /// Expected errors reached, as in the model's header.
+    pub scores: Scores,
+    /// Steps taken.
+    pub steps: usize,
+    /// Evaluations of the objective with its gradient on the way; judgements of the validation part not counted.
+    pub evaluations: usize,
+    /// Why it ended.
+    pub stopped_by: StoppedBy,
+    /// Step of the checkpoint that it went on from, where it did.
+    pub resumed_at: Option<usize>,
+    /// What the scores do not show.
+    pub notes: Vec<Note>,
+}
+
+impl<'a> Training<'a> {
+    /// On the CPU, without checkpoints, unless said otherwise.
+    pub fn new(recipe: &'a Recipe, recording: &'a Recording) -> Self {
+        Self {
+            recipe,
+            recording,
+            device: device::cpu(),
+            checkpoint: None,
+            on_progress: Box::new(|_| Directive::Continue),
+        }
+    }
+
+    /// Where the networks compute.
+    pub fn device(mut self, device: &Device) -> Self {
+        self.device = device.clone();
+        self
+    }
+
+    /// Keeps a checkpoint in this file (and, with restarts, in files beside it) every `descent.checkpoint_every` steps and
+    /// when cancelled. It stays when the training has ended, so that the model can be put in safety first:
+    /// [`remove_checkpoints`](Self::remove_checkpoints) takes it away.
+    pub fn checkpoint(mut self, path: impl Into<PathBuf>, resume: Resume) -> Self {
+        self.checkpoint = Some((path.into(), resume));
+        self
+    }
+
+    /// Calls back before every step and after the last. The callback answers whether to go on: nothing at all means yes,
+    /// [`Directive::Stop`] ends the training with the best so far, [`Directive::Cancel`] with an error.
+    pub fn on_progress<D: Into<Directive>>(
+        mut self,
+        mut callback: impl FnMut(Progress) -> D + 'a,
+    ) -> Self {
+        self.on_progress = Box::new(move |progress| callback(progress).into());
+        self
+    }
+
+    /// Learns.
+    ///
+    /// # Errors
+    /// Where the recipe makes no sense, the recording is not enough to learn from, a checkpoint is damaged, of another
+    /// training or can't be written, and where the callback cancels ([`Error::is_cancelled`]).
+    pub fn run(mut self) -> Result<Learned> {
+        let (recipe, recording) = (self.recipe, self.recording);
+        recipe.check()?;
+        let identity = TrainingIdentity::new(recipe, recording)?;
+        let split = recipe.split.split(recording)?;
+        let training_set = TrainingSet::prepare(recipe, recording, &split)?;
+        let checkpoints = self.checkpoint.as_ref().map(|(path, resume)| Checkpoints {
+            path,
+            identity: &identity,
+            resume: *resume == Resume::IfSame,
+        });
+        let trained = trainer::train(
+            recipe,
+            &training_set,
+            &self.device,
+            checkpoints.as_ref(),
+            &mut self.on_progress,
+        )?;
+        let resumed_at = trained.resumed_at;
+        let model = model(recipe, recording, &training_set, &identity, trained);
+        let report = TrainingReport::of(&model, resumed_at)
+            .ok_or_else(|| Error::work("a model without a record of its training"))?;
+        Ok(Learned { model, report })
+    }
+
+    /// The model in a file, with its report, if this very training made it: then there is nothing left to learn.
+    ///
+    /// # Errors
+    /// Where the model is of the same training with another number of steps and there is no checkpoint to go on from: a
+    /// training that has come to its end leaves none.
+    pub fn finished(&self, file: &Path) -> Result<Option<Learned>> {
+        let Ok(model) = Model::read(file) else {
+            return Ok(None); // no model yet
+        };
+        let Some(record) = &model.header.training else {
+            return Ok(None); // written before models recorded their training
+        };
+        let identity = TrainingIdentity::new(self.recipe, self.recording)?;
+        if record.identity == identity.whole {
+            let report = TrainingReport::of(&model, None);
+            return Ok(report.map(|report| Learned { model, report }));
+        }
+        let has_checkpoint = self.checkpoint.iter().any(|(path, _)| path.exists());
+        if record.identity_but_for_steps == identity.but_for_steps && !has_checkpoint {
+            return Err(Error::file(
+                file,
+                format!(
+                    "is the model of the same training of {} steps, which has ended and left no checkpoint to go on \
+                     from; train without --resume to learn all {} steps from the start",
+                    model.header.recipe.descent.steps, self.recipe.descent.steps
+                ),
+            ));
+        }
+        Ok(None)
+    }
+
+    /// Removes the checkpoint of this training and those of its restarts.
+    ///
+    /// # Errors
+    /// Where one is there and can't be removed.
+    pub fn remove_checkpoints(recipe: &Recipe, path: &Path) -> Result<()> {
+        trainer::remove_checkpoints(path, recipe.descent.restarts)
+    }
+}
+
+/// Puts together what training gave.
+fn model(
+    recipe: &Recipe,
+    recording: &Recording,
+    training_set: &TrainingSet<'_>,
+    identity: &TrainingIdentity,
+    trained: Trained,
+) -> Model {
+    let snapshots = &training_set.snapshots;
+    let pose = |k: &usize| recording.poses()[*k];
+    Model {
+        header: Header {
+            crate_version: env!("CARGO_PKG_VERSION").to_string(),
+            recipe: recipe.clone(),
+            prior: recipe.uncertainty,
+            channels: recording.channels().to_vec(),
+            dataset_sha256: recording.columns().dataset_sha256.clone(),
+            input: training_set.input.clone(),
+            activation: trained.weights.activation,
+            motion: OdometryMotion::fitted(recording, snapshots),
+            scores: Scores {
+                train: trained.train,
+                validation: trained.validation,
+            },
+            training: Some(TrainingRecord {
+                identity: identity.whole.clone(),
+                identity_but_for_steps: identity.but_for_steps.clone(),
+                steps: trained.steps,
+                evaluations: trained.evaluations,
+                stopped_by: trained.stopped_by,
+                extended_at: trained.extended_at,
+            }),
+        },
+        weights: trained.weights,
+        pose: snapshots.iter().map(pose).collect(),
+        route_m: recording
+            .route_m()
+            .map(|route| snapshots.iter().map(|&k| route[k]).collect()),
+        activation: trained.activation,
+    }
+}
+
+impl TrainingReport {
+    /// What a model records of its training.
+    fn of(model: &Model, resumed_at: Option<usize>) -> Option<Self> {
+        let record = model.header.training.as_ref()?;
+        let scores = model.header.scores;
+        let mut notes = Vec::new();
+        match scores.validation {
+            None => notes.push(Note::NoValidation),
+            Some(ErrorReduction {
+                snapshots,
+                error_reduction,
+                ..
+            }) => {
+                if snapshots < FEW_VALIDATION_SNAPSHOTS {
+                    notes.push(Note::FewValidationSnapshots(snapshots));
+                }
+                if error_reduction < NOTHING_LEARNED {
+                    notes.push(Note::NothingLearned);
+                }
+            }
+        }
+        notes.extend(record.extended_at.map(Note::ExtendedAt));
+        Some(Self {
+            scores,
+            steps: record.steps,
+            evaluations: record.evaluations,
+            stopped_by: record.stopped_by,
+            resumed_at,
+            notes,
+        })
+    }
+}
