@@ -96,10 +96,15 @@ pub use error::{Error, Result};
 pub use geometry::Pose;
 pub use learning::Recipe;
 pub use localiser::Localiser;
-pub use model::Model;
+pub use model::{Model, Training};
 pub use recogniser::Recogniser;
 pub use recording::{Observation, Recording};
 pub use seed::Seed;
 
 // crates whose types stand in this interface, in the versions that it speaks
 pub use {nalgebra, ndarray};
+
+/// The README's programs run as doc-tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
