@@ -47,6 +47,7 @@ pub mod error;
 pub mod geometry;
 pub mod seed;
 pub mod storage;
+pub mod toml_file;
 
 // arrays by name in one file
 pub mod archive;

@@ -1,10 +1,10 @@
 //! What a robot saw: snapshots of its sensors, each with the place it was taken at, in one or several runs.
 
 pub mod account;
-pub mod carmen;
 pub mod compressed;
-pub mod csv;
+pub mod format;
 pub mod image;
+pub mod import;
 mod joined;
 pub mod log;
 pub mod npz;
@@ -322,6 +322,14 @@ impl Recording {
             }
         }
         travelled
+    }
+
+    /// Metres travelled in all runs together, by the true poses.
+    pub fn path_m(&self) -> f64 {
+        let travelled_m = self.travelled_m();
+        let ends = self.runs().into_iter().map(|run| run.end - 1);
+        // Added to 0, not -0 which an empty sum of floats starts from.
+        ends.fold(0.0, |sum, end| sum + travelled_m[end])
     }
 
     /// The recording made of some of the snapshots, in the order given.
