@@ -46,6 +46,7 @@
 pub mod error;
 pub mod geometry;
 pub mod seed;
+mod simd;
 pub mod storage;
 pub mod toml_file;
 
@@ -98,7 +99,7 @@ pub use detector::Detector;
 pub use error::{Error, Result};
 pub use geometry::Pose;
 pub use learning::Recipe;
-pub use localiser::Localiser;
+pub use localiser::{LiveLocaliser, Localiser};
 pub use model::{Model, Training};
 pub use recogniser::Recogniser;
 pub use recording::{Observation, Recording};
