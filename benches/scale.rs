@@ -3,7 +3,7 @@
 //! along a route of the same density, four features, ±2 m.
 //!
 //! `cargo bench --bench scale`; sizes of one's own as arguments: `cargo bench --bench scale -- 2400 48000`. Every size
-//! and job runs in a process of its own, whose greatest memory Linux tells (`VmHWM` in /proc/self/status).
+//! and job runs in a process of its own, whose greatest memory is read from `VmHWM` in /proc/self/status (Linux only).
 
 use ballmark::{
     belief::{Places, Uncertainty},
@@ -106,7 +106,7 @@ fn child(job: &str, k: usize) -> Option<(f64, f64)> {
     Some((ms.parse().ok()?, kib.parse().ok()?))
 }
 
-/// The greatest memory this process has held; only Linux tells.
+/// The greatest memory this process has held; known on Linux only.
 fn peak_kib() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

@@ -87,8 +87,8 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             },
             format!("4 learned, {}", if prior == "2m" { "±2 m" } else { prior }),
         );
-        let told = localise(&arguments, &model, &recording, record.is_none(), &title)?;
-        record = Some(together(record, told, name, title));
+        let played = localise(&arguments, &model, &recording, record.is_none(), &title)?;
+        record = Some(together(record, played, name, title));
     }
     if let Some(record) = &record {
         write_report(folder, "Simulated corridor", record)?;
@@ -135,7 +135,7 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
     Ok(learned.model)
 }
 
-/// Plays the trials with a model's filters, and with the baselines where asked: they are the same for every model.
+/// Plays the trials with a model's filters, and, with `baselines`, with these too: they are the same for every model.
 fn localise(
     arguments: &Arguments,
     model: &Model,

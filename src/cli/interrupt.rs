@@ -32,7 +32,7 @@ impl Interrupt {
         Self { is_set }
     }
 
-    /// Has the person asked for an end?
+    /// Has a signal come?
     pub fn is_set(&self) -> bool {
         self.is_set.load(Ordering::Relaxed)
     }

@@ -60,7 +60,7 @@ pub struct Arguments {
     /// Where the networks compute: `cpu`, or where it is built in `cuda`, `wgpu`, `metal` or `rocm`.
     #[arg(long, value_name = "DEVICE", default_value_t)]
     device: DeviceChoice,
-    /// Go on from the checkpoint of the same training, where there is one (Ctrl-C leaves one too). With larger --steps, the
+    /// Go on from the checkpoint of the same training, where there is one (Ctrl-C leaves one too). With other --steps, the
     /// training goes on to these.
     #[arg(long)]
     resume: bool,
@@ -82,7 +82,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let mut recording = read_all(&arguments.datasets)?;
     if !recording.goes_one_way() {
         warn(
-            "note: the array `route` is driven both ways or in laps: places are told apart by their poses in the plane instead",
+            "note: the array `route` is driven both ways or in laps: places are distinguished by their poses in the plane instead",
         );
         recording = recording.in_the_plane();
     }
@@ -131,7 +131,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
 fn show(learned: &Learned, arguments: &Arguments, seconds: Option<f64>) -> Result<Outcome> {
     warn_notes(learned);
     print(&if arguments.json {
-        json(learned, seconds)
+        json(learned, seconds.unwrap_or(0.0))
     } else {
         table(learned, &arguments.output, seconds).text()
     })?;
@@ -190,7 +190,7 @@ fn checkpoint_of(output: &Path) -> PathBuf {
     name.into()
 }
 
-fn json(learned: &Learned, seconds: Option<f64>) -> String {
+fn json(learned: &Learned, seconds: f64) -> String {
     let report = &learned.report;
     let notes: Vec<String> = report.notes.iter().map(Note::to_string).collect();
     let value = serde_json::json!({

@@ -1,4 +1,4 @@
-//! What a step looks at: all training snapshots, or a draw of truths, moved and blinded, and a draw of candidates.
+//! The snapshots of a step: all training snapshots, or a draw of truths, moved and blinded, and a draw of candidates.
 
 use super::{
     problem::Problem,
@@ -20,7 +20,7 @@ pub struct MiniBatch {
     pub inputs: Array2<f32>,
     /// How many of them are truths.
     pub truths: usize,
-    /// What is asked of their activations.
+    /// The objective on their activations.
     pub problem: Problem,
 }
 
@@ -117,12 +117,12 @@ impl<'a> Pool<'a> {
     }
 }
 
-/// So many of the numbers below `of`, ascending; all where `count` is 0 or more than there are.
-fn some(of: usize, count: usize, random: &mut Stream) -> Vec<usize> {
-    if count == 0 || count >= of {
-        return (0..of).collect();
+/// So many of the numbers below `total`, ascending; all where `count` is 0 or more than there are.
+fn some(total: usize, count: usize, random: &mut Stream) -> Vec<usize> {
+    if count == 0 || count >= total {
+        return (0..total).collect();
     }
-    let mut drawn = rand::seq::index::sample(random, of, count).into_vec();
+    let mut drawn = rand::seq::index::sample(random, total, count).into_vec();
     drawn.sort_unstable();
     drawn
 }
@@ -153,7 +153,7 @@ fn draw_uncertainty(recipe: &Recipe, random: &mut Stream) -> Uncertainty {
 
 impl TrainingSet<'_> {
     /// Some training snapshots (by their place in the training part) as seen from beside, with beams dropped; `None` where
-    /// nothing of that is asked for or the recording has no scans that could be drawn anew.
+    /// the recipe has none of that or the recording has no scans that could be drawn anew.
     fn seen_from_beside(
         &self,
         config: &AugmentationConfig,
@@ -179,7 +179,7 @@ impl TrainingSet<'_> {
     }
 }
 
-/// Beams that somebody in the way hides together, as a share of a scan: about 20° of a half circle.
+/// Beams that a person in the way hides together, as a share of a scan: about 20° of a half circle.
 const BLOCK: f64 = 1.0 / 9.0;
 
 /// Takes blocks of beams out of every range scan with bearings: each block of a scan with probability `share`.

@@ -1,4 +1,4 @@
-//! One question to the objective: these truths, those candidates, such priors.
+//! A problem for the objective: truths, candidates, and the priors that join them.
 
 use super::{
     error_reduction::{ErrorReduction, Errors},
@@ -22,7 +22,7 @@ pub struct Workspace {
     /// P(f|ξ) of the candidates, and ∂E/∂g of theirs behind it, `[candidate, feature]`.
     map: Array2<f32>,
     behind_map: Array2<f32>,
-    /// ∂E/∂g of whoever is truth and candidate at once, `[snapshot, feature]`.
+    /// ∂E/∂g of snapshots that are truth and candidate at once, `[snapshot, feature]`.
     pub(super) both: Array2<f32>,
 }
 
@@ -56,9 +56,9 @@ struct Stated {
     candidates: Places,
 }
 
-/// A problem pair by pair, for whoever evaluates it elsewhere.
+/// A problem pair by pair, for an evaluation on a device.
 pub struct Pairs {
-    /// Is it the exact objective, of all 2^n outcomes?
+    /// The exact objective, of all 2^n outcomes, or the mean-field one.
     pub exact: bool,
     /// e(ξ*, ξ) in metres, ∞ where the prior does not admit the candidate: `[truth, candidate]`.
     pub errors_m: Array2<f32>,

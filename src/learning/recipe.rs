@@ -71,7 +71,8 @@ pub struct DescentConfig {
     pub candidates_per_step: usize,
     /// Steps between two looks at the validation part.
     pub validate_every: usize,
-    /// Stop after this many steps without a better validation error.
+    /// Stop after this many steps without a better validation error; where the best takes away less than 1 % of it, after
+    /// a quarter of all steps without a better one.
     pub patience: usize,
     /// Steps between two checkpoints.
     pub checkpoint_every: usize,
@@ -150,7 +151,7 @@ pub struct AugmentationConfig {
     pub shift_m: f64,
     /// And turned by so much (standard deviation, rad).
     pub turn_rad: f64,
-    /// Share of a range scan's beams that come back without return, in blocks as somebody in the way makes them.
+    /// Share of a range scan's beams that come back without return, in blocks as a person in the way makes them.
     pub dropped_beams: f64,
 }
 

@@ -1,4 +1,6 @@
 //! What is learned from: inputs, places and priors of the training part, and of the validation part that stops it.
+//!
+//! This is the lower level, for benches and for loops of one's own: [`Training`](crate::model::Training) prepares it.
 
 use super::{
     error_reduction::{ErrorReduction, Errors},
@@ -65,7 +67,7 @@ impl<'a> TrainingSet<'a> {
         let problem = Problem::reported(recipe, &places.select(&truths), &places)?;
         if problem.window_sizes().iter().all(|&size| size < 2) {
             return Err(Error::work(format!(
-                "uncertainty {}: no training snapshot has another one in its window, so there is nothing to tell apart; \
+                "uncertainty {}: no training snapshot has another one in its window, so there is nothing to distinguish; \
                  expected a wider window or snapshots closer together",
                 recipe.uncertainty
             )));

@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What a file that is to be a model is told to be.
+/// What messages say was expected where a file is no model.
 pub(super) const EXPECTED: &str = "a model such as `ballmark train` writes";
 
 /// Arrays in the order of their names, whatever the container's own; errors name the file they are of.

@@ -8,7 +8,7 @@ use crate::{
 use std::path::Path;
 
 impl Model {
-    /// Reads a model from a `.safetensors` or `.npz` file; which of the two, its content tells.
+    /// Reads a model from a `.safetensors` or `.npz` file; the content says which of the two it is.
     ///
     /// # Errors
     /// Where the file is neither, is damaged, or lacks an array; the message names it.

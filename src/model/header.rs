@@ -48,8 +48,8 @@ pub struct TrainingRecord {
     pub evaluations: usize,
     /// Why it ended.
     pub stopped_by: StoppedBy,
-    /// Step of a shorter training's checkpoint that it went on from under another schedule: an unbroken training of
-    /// these steps would have ended in other bits.
+    /// Step of the checkpoint, of the same training with another number of steps, that it went on from under another
+    /// schedule: an unbroken training of these steps would have ended in other bits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extended_at: Option<usize>,
 }

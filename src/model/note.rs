@@ -13,7 +13,7 @@ pub enum Note {
     FewValidationSnapshots(usize),
     /// Error reduction on the validation part is next to nothing.
     NothingLearned,
-    /// The training went on from this step of a shorter one, under another schedule.
+    /// The training went on from this step of one with another number of steps, and so under another schedule.
     ExtendedAt(usize),
 }
 
@@ -38,8 +38,8 @@ impl fmt::Display for Note {
             ),
             Self::ExtendedAt(step) => write!(
                 f,
-                "went on from step {step} of a shorter training, whose learning rate had fallen along its own schedule: \
-                 not the bits of an unbroken training of these steps"
+                "went on from step {step} of the same training with another number of steps, and so another schedule of \
+                 the learning rate: not the bits of an unbroken training of these steps"
             ),
         }
     }

@@ -62,7 +62,7 @@ pub(super) fn read(path: &Path, file: &[u8]) -> Result<(String, Arrays)> {
     };
     let mut arrays = Arrays::new(path);
     let mut views = tensors.tensors();
-    views.sort_by(|a, b| a.0.cmp(&b.0)); // or the first fault told would be another in every run
+    views.sort_by(|a, b| a.0.cmp(&b.0)); // so that every run names the same fault first
     for (name, view) in views {
         let shape = view.shape().to_vec();
         let misshapen = |e| {

@@ -82,7 +82,7 @@ fn comes_back_to_the_same_bits_through_both_containers() {
     }
 }
 
-/// Writes a model whose header and arrays a test has spoilt, and tells what reading it says, container by container.
+/// Writes a model whose header and arrays a test has spoilt, and returns what reading it says, container by container.
 fn spoilt(meta: &str, arrays: &Arrays) -> [String; 2] {
     let folder = tempfile::tempdir().unwrap();
     CONTAINERS.map(|container| {

@@ -46,24 +46,28 @@ fn bytes(place: &Workplace, name: &str) -> Vec<u8> {
 }
 
 #[test]
-fn tells_its_errors_in_json_and_leaves_only_the_model() {
+fn reports_its_errors_in_json_and_leaves_only_the_model() {
     let place = Workplace::new();
     toy(&place, true);
     let more = ["--features", "2", "--steps", "300", "--json"];
     let answer = train(&place, "m.safetensors", &more);
     answer.done();
-    let told: serde_json::Value = serde_json::from_str(&answer.stdout).expect("one JSON object");
+    let result: serde_json::Value = serde_json::from_str(&answer.stdout).expect("one JSON object");
     for part in ["train", "validation"] {
         let [prior, posterior, reduction] =
             ["prior_error_m", "posterior_error_m", "error_reduction"]
-                .map(|key| told[part][key].as_f64().expect(key));
+                .map(|key| result[part][key].as_f64().expect(key));
         assert!(0.9 < prior && prior < 1.1, "{part}: {prior}"); // ±2 m: a metre in the middle of the route
         assert!((reduction - (1.0 - posterior / prior)).abs() < 1e-12);
         assert!(reduction > 0.2, "{part}: {reduction}");
     }
-    assert_eq!(told["steps"], 300);
-    assert_eq!(told["stopped_by"], "steps");
-    assert!(told["timing"]["seconds"].as_f64().is_some_and(|s| s > 0.0));
+    assert_eq!(result["steps"], 300);
+    assert_eq!(result["stopped_by"], "steps");
+    assert!(
+        result["timing"]["seconds"]
+            .as_f64()
+            .is_some_and(|s| s > 0.0)
+    );
     assert_eq!(place.files(), ["m.safetensors", "toy.csv", "toy.npz"]);
 }
 
@@ -76,8 +80,8 @@ fn trains_for_a_window_and_for_anywhere_on_a_route_and_in_the_plane() {
             let more = ["--uncertainty", uncertainty, "--features", "2", "--json"];
             let answer = train(&place, "m.npz", &[&more[..], &["--steps", "300"]].concat());
             answer.done();
-            let told: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
-            let reduction = told["validation"]["error_reduction"].as_f64().unwrap();
+            let result: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
+            let reduction = result["validation"]["error_reduction"].as_f64().unwrap();
             assert!(reduction > 0.2, "{uncertainty}: {reduction}");
             let model = ballmark::model::Model::read(&place.path("m.npz")).unwrap();
             assert_eq!(model.header.prior.to_string(), uncertainty);
@@ -186,7 +190,7 @@ fn resumes_to_the_same_bytes_after_being_killed() {
     assert!(bytes(&place, "killed.safetensors") == whole);
     assert!(!checkpoint.exists());
 
-    // Killed before the first checkpoint: it starts afresh. (On a busy machine the kill may come late; then once more.)
+    // Killed before the first checkpoint: it starts afresh, and says so. (On a busy machine the kill may come late; then once more.)
     let checkpoint = place.path("soon.safetensors.checkpoint");
     loop {
         let soon = Duration::from_millis(3);
@@ -196,8 +200,251 @@ fn resumes_to_the_same_bytes_after_being_killed() {
         }
         fs::remove_file(&checkpoint).unwrap();
     }
-    train(&place, "soon.safetensors", &resume).done();
+    let answer = train(&place, "soon.safetensors", &resume);
+    let line = "note: no checkpoint soon.safetensors.checkpoint: the training starts afresh";
+    assert!(answer.done().stderr.contains(line), "{}", answer.stderr);
     assert!(bytes(&place, "soon.safetensors") == whole);
+}
+
+/// Sends a signal to a training once its first checkpoint is there, and waits for its end.
+#[cfg(unix)]
+fn interrupted(place: &Workplace, output: &str, config: &str, signal: &str) -> Answer {
+    let checkpoint = place.path(&format!("{output}.checkpoint"));
+    let mut child = Command::new(binary())
+        .args(["train", "toy.npz", "-o", output, "--config", config])
+        .current_dir(place.path(""))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary runs");
+    let started = Instant::now();
+    while !checkpoint.exists() {
+        assert!(started.elapsed() < Duration::from_secs(60), "no checkpoint");
+        assert!(child.try_wait().expect("a child").is_none(), "it ended");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let sent = Command::new("kill")
+        .args([signal, &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill runs").success());
+    let output = child.wait_with_output().expect("a child that ends");
+    Answer {
+        status: output.status.code().unwrap_or(-1),
+        stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
+        stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_a_checkpoint_and_says_how_to_go_on() {
+    let place = Workplace::new();
+    toy(&place, true);
+    place.write("long.toml", LONG);
+    train(&place, "whole.safetensors", &["--config", "long.toml"]).done();
+    for signal in ["-INT", "-TERM"] {
+        let answer = interrupted(&place, "m.safetensors", "long.toml", signal);
+        let parts = ["cancelled at step", "m.safetensors.checkpoint", "--resume"];
+        answer.refused(1, &parts);
+        assert!(!place.path("m.safetensors").exists());
+        let resume = ["--config", "long.toml", "--resume"];
+        train(&place, "m.safetensors", &resume).done();
+        assert!(bytes(&place, "m.safetensors") == bytes(&place, "whole.safetensors"));
+        fs::remove_file(place.path("m.safetensors")).unwrap();
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_checkpoint_goes_on_to_more_steps_and_to_no_other_data() {
+    let place = Workplace::new();
+    toy(&place, true);
+    place.write("long.toml", LONG);
+    interrupted(&place, "m.safetensors", "long.toml", "-INT").refused(1, &["--resume"]);
+    let checkpoint = bytes(&place, "m.safetensors.checkpoint");
+
+    let resume = ["--config", "long.toml", "--resume"];
+    let fewer = [&resume[..], &["--steps", "20"]].concat();
+    let parts = ["m.safetensors.checkpoint", "at step", "--steps"];
+    train(&place, "m.safetensors", &fewer).refused(1, &parts);
+    assert!(bytes(&place, "m.safetensors.checkpoint") == checkpoint);
+
+    let more = [&resume[..], &["--steps", "640", "--json"]].concat();
+    let answer = train(&place, "m.safetensors", &more);
+    assert!(
+        answer.done().stderr.contains("note: went on from step"),
+        "{}",
+        answer.stderr
+    );
+    let result: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
+    assert_eq!(result["steps"], 640);
+    assert!(result["resumed_at"].as_u64().is_some_and(|step| step >= 25));
+
+    // The same recipe and the same names, but one reading is another one.
+    place.write("m.safetensors.checkpoint", checkpoint);
+    fs::remove_file(place.path("m.safetensors")).unwrap();
+    let other = toy_csv(80, true).replacen("\n3,0.75,0,0,0,0.75,", "\n3,0.75,0,0,0,0.75,9", 1);
+    assert_ne!(other, toy_csv(80, true));
+    place.write("toy.csv", other);
+    place
+        .ballmark(&["import", "toy.csv", "-o", "toy.npz"])
+        .done();
+    train(&place, "m.safetensors", &resume).refused(1, &["another training", "other data"]);
+}
+
+#[test]
+fn a_finished_training_is_not_learned_anew() {
+    let place = Workplace::new();
+    toy(&place, true);
+    let call = ["--features", "2", "--steps", "60"];
+    let resume = [&call[..], &["--resume"]].concat();
+    let first = train(&place, "m.safetensors", &call);
+    let model = bytes(&place, "m.safetensors");
+    let again = train(&place, "m.safetensors", &resume);
+    assert!(
+        again.done().stderr.contains("nothing is learned anew"),
+        "{}",
+        again.stderr
+    );
+    assert!(!again.stderr.contains("learning:"), "{}", again.stderr);
+    let rows = |answer: &Answer| {
+        let lines = answer.stdout.lines();
+        lines.take(4).map(String::from).collect::<Vec<_>>()
+    };
+    assert_eq!(rows(&again), rows(first.done()));
+    assert!(
+        again.stdout.contains("60 steps (all steps taken)"),
+        "{}",
+        again.stdout
+    );
+    assert!(bytes(&place, "m.safetensors") == model);
+    // The model of a shorter training has no checkpoint left to go on from.
+    let more = ["--features", "2", "--steps", "90", "--resume"];
+    train(&place, "m.safetensors", &more).refused(
+        1,
+        &[
+            "m.safetensors",
+            "same training of 60 steps",
+            "without --resume",
+            "90 steps",
+        ],
+    );
+    assert!(bytes(&place, "m.safetensors") == model);
+    // One of another training does not stand in the way, and what is no model doesn't either.
+    let other = [&resume[..], &["--seed", "5"]].concat();
+    let answer = train(&place, "m.safetensors", &other);
+    assert!(
+        answer.done().stderr.contains("starts afresh"),
+        "{}",
+        answer.stderr
+    );
+    assert!(bytes(&place, "m.safetensors") != model);
+    place.write("m.safetensors", "no model");
+    train(&place, "m.safetensors", &resume).done();
+    assert!(bytes(&place, "m.safetensors") == model);
+}
+
+#[test]
+fn a_small_validation_part_and_an_empty_one_are_noted() {
+    let place = Workplace::new();
+    toy(&place, true);
+    let call = ["--features", "2", "--steps", "20"];
+    let notes = |answer: &Answer| answer.stderr.matches("note: ").count();
+    let answer = train(&place, "m.safetensors", &call);
+    assert_eq!(notes(answer.done()), 0, "{}", answer.stderr);
+
+    place.write("few.csv", toy_csv(30, true));
+    place
+        .ballmark(&["import", "few.csv", "-o", "few.npz"])
+        .done();
+    let train_on_few = |more: &[&str]| {
+        place.ballmark(&[&["train", "few.npz", "-o", "m.npz"], &call[..], more].concat())
+    };
+    let answer = train_on_few(&[]);
+    let line = "note: only 30 validation snapshots";
+    assert!(answer.done().stderr.contains(line), "{}", answer.stderr);
+
+    place.write("none.toml", "[train.split]\nvalidation_every = 0\n");
+    let answer = train_on_few(&["--config", "none.toml", "--json"]);
+    let line = "note: no validation snapshot";
+    assert!(answer.done().stderr.contains(line), "{}", answer.stderr);
+    assert_eq!(notes(&answer), 1, "{}", answer.stderr);
+    let result: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
+    assert!(
+        result["notes"][0]
+            .as_str()
+            .is_some_and(|n| n.starts_with("no validation"))
+    );
+}
+
+#[test]
+fn a_hopeless_training_ends_early_and_says_so() {
+    let place = Workplace::new();
+    let mut csv = String::from("time_s,x_m,y_m,heading_rad,run,light");
+    for k in 0..240 {
+        // The reading depends on the run alone, not on the place.
+        write!(
+            csv,
+            "\n{k},{},0,0,{},{}",
+            (k % 80) as f64 * 0.25,
+            k / 80,
+            k / 80
+        )
+        .unwrap();
+    }
+    place.write("toy.csv", csv + "\n");
+    place
+        .ballmark(&["import", "toy.csv", "-o", "toy.npz"])
+        .done();
+    let call = ["--features", "2", "--steps", "800"];
+    let answer = train(&place, "m.safetensors", &call);
+    assert!(
+        answer
+            .done()
+            .stdout
+            .contains("steps (stopped: nothing learned"),
+        "{}",
+        answer.stdout
+    );
+    assert!(
+        answer.stderr.contains("note: less than 1 %"),
+        "{}",
+        answer.stderr
+    );
+    let answer = train(&place, "m.safetensors", &[&call[..], &["--json"]].concat());
+    let result: serde_json::Value = serde_json::from_str(&answer.done().stdout).unwrap();
+    assert_eq!(result["stopped_by"], "nothing_learned");
+    assert!(
+        result["steps"]
+            .as_u64()
+            .is_some_and(|steps| (200..500).contains(&steps))
+    );
+}
+
+#[test]
+fn progress_and_table_show_the_same_figure() {
+    let place = Workplace::new();
+    toy(&place, true);
+    let answer = train(
+        &place,
+        "m.safetensors",
+        &["--features", "2", "--steps", "200"],
+    );
+    let row = answer
+        .done()
+        .stdout
+        .lines()
+        .find(|line| line.starts_with("validation "));
+    let in_table = row
+        .and_then(|row| row.split_whitespace().last())
+        .expect("a row");
+    let line = format!("learning: 200 of 200, validation {in_table} %");
+    assert!(
+        answer.stderr.contains(&line),
+        "{}\n{}",
+        answer.stdout,
+        answer.stderr
+    );
 }
 
 #[test]
@@ -323,7 +570,7 @@ fn a_configuration_at_fault_is_a_wrong_call_and_names_the_line() {
 }
 
 #[test]
-fn an_output_that_cannot_be_made_is_told_before_the_training() {
+fn an_output_that_cannot_be_made_is_refused_before_the_training() {
     let place = Workplace::new();
     place.write("file", "");
     fs::create_dir(place.path("folder.npz")).unwrap();
@@ -403,15 +650,15 @@ fn write_with_a_nan_pose(place: &Workplace, name: &str) {
 fn a_recipe_by_name_holds_where_flags_and_configuration_are_silent() {
     let place = Workplace::new();
     toy(&place, true);
-    let told = |more: &[&str]| {
+    let resolved = |more: &[&str]| {
         let call = ["--features", "2", "--steps", "3", "--json"];
         let answer = train(&place, "m.safetensors", &[&call[..], more].concat());
-        let told: serde_json::Value =
+        let result: serde_json::Value =
             serde_json::from_str(&answer.done().stdout).expect("one JSON object");
-        told["recipe"].clone()
+        result["recipe"].clone()
     };
-    let (default, paper) = (told(&[]), told(&["--recipe", "thrun1998"]));
-    assert_eq!(default, told(&["--recipe", "default"]));
+    let (default, paper) = (resolved(&[]), resolved(&["--recipe", "thrun1998"]));
+    assert_eq!(default, resolved(&["--recipe", "default"]));
     assert_eq!(default["descent"]["objective"], "mean_field");
     assert_eq!(paper["descent"]["objective"], "exact");
     assert_eq!(paper["network"]["hidden"], serde_json::json!([6]));
@@ -420,10 +667,10 @@ fn a_recipe_by_name_holds_where_flags_and_configuration_are_silent() {
         "c.toml",
         "recipe = \"thrun1998\"\n[train.network]\nhidden = [4]\n",
     );
-    let mixed = told(&["--config", "c.toml"]);
+    let mixed = resolved(&["--config", "c.toml"]);
     assert_eq!(mixed["network"]["hidden"], serde_json::json!([4]));
     assert_eq!(mixed["descent"], paper["descent"]);
-    let flag_first = told(&["--config", "c.toml", "--recipe", "default"]);
+    let flag_first = resolved(&["--config", "c.toml", "--recipe", "default"]);
     assert_eq!(flag_first["network"]["trunk"], default["network"]["trunk"]);
     train(&place, "m.safetensors", &["--recipe", "thrun1999"])
         .refused(2, &["--recipe", "`thrun1999`", "`default` or `thrun1998`"]);
@@ -440,9 +687,9 @@ fn learns_from_several_recordings_of_one_building() {
     let short = ["--features", "2", "--steps", "3", "--json"];
     let both = place.ballmark(&[&call[..], &short].concat());
     let snapshots = |answer: &Answer| {
-        let told: serde_json::Value = serde_json::from_str(&answer.done().stdout).unwrap();
-        let of = |part: &str| told[part]["snapshots"].as_u64().unwrap_or(0);
-        of("train") + of("validation")
+        let result: serde_json::Value = serde_json::from_str(&answer.done().stdout).unwrap();
+        let count = |part: &str| result[part]["snapshots"].as_u64().unwrap_or(0);
+        count("train") + count("validation")
     };
     let alone = train(&place, "alone.safetensors", &short);
     assert_eq!(snapshots(&both), 2 * snapshots(&alone));
@@ -481,8 +728,8 @@ fn the_best_of_several_starts_is_kept() {
     let reduction = |more: &[&str]| {
         let call = ["--features", "2", "--steps", "40", "--json"];
         let answer = train(&place, "m.safetensors", &[&call[..], more].concat());
-        let told: serde_json::Value = serde_json::from_str(&answer.done().stdout).unwrap();
-        told["validation"]["error_reduction"].as_f64().unwrap()
+        let result: serde_json::Value = serde_json::from_str(&answer.done().stdout).unwrap();
+        result["validation"]["error_reduction"].as_f64().unwrap()
     };
     place.write("one.toml", "[train.descent]\nvalidate_every = 5\n");
     assert!(reduction(&["--config", "c.toml"]) >= reduction(&["--config", "one.toml"]));

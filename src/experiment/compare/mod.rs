@@ -96,6 +96,9 @@ pub fn compare(
             progress_counter: &mut progress_counter,
         };
         evaluator.evaluate(&mut record, &mut timing);
+        if let Some(dataset) = record.datasets.last_mut() {
+            dataset.notes.append(&mut evaluator.model_cache.notes);
+        }
     }
     record.recognition_tests = record
         .recognition

@@ -1,11 +1,11 @@
-//! BaLL's filters for those who ask for them: trained on the mapping part of a dataset, once for each distinct recipe.
+//! The models of systems that need BaLL's filters: trained on the mapping part of a dataset, once for each distinct recipe.
 
 use super::record::file_names;
 use crate::{
     error::{Error, Result},
     experiment::protocol::Protocol,
     learning::{Recipe, trainer::Progress},
-    model::Training,
+    model::{Note, Training},
     storage,
 };
 use std::path::{Path, PathBuf};
@@ -16,6 +16,8 @@ pub(super) struct ModelCache<'a> {
     dataset: &'a str,
     /// What was trained, and where it lies or why it failed.
     trained: Vec<(Recipe, std::result::Result<PathBuf, String>)>,
+    /// What the scores of the trainings do not show, each with the system that it is about.
+    pub notes: Vec<String>,
 }
 
 impl<'a> ModelCache<'a> {
@@ -25,6 +27,7 @@ impl<'a> ModelCache<'a> {
             folder,
             dataset,
             trained: Vec::new(),
+            notes: Vec::new(),
         }
     }
 
@@ -51,7 +54,12 @@ impl<'a> ModelCache<'a> {
                 };
                 let file = self.folder.join(format!("{name}.safetensors"));
                 let made = train(recipe, protocol, &file, progress);
-                let made = made.map(|()| file).map_err(|e| e.to_string());
+                let made = made.map(|notes| {
+                    let notes = notes.iter().map(|note| format!("{system}: {note}"));
+                    self.notes.extend(notes);
+                    file
+                });
+                let made = made.map_err(|e| e.to_string());
                 self.trained.push((recipe.clone(), made));
                 number
             }
@@ -65,7 +73,7 @@ fn train(
     protocol: &Protocol,
     file: &Path,
     progress: &mut dyn FnMut(Progress),
-) -> Result<()> {
+) -> Result<Vec<Note>> {
     let recording = protocol.recording.select(&protocol.mapping)?;
     let training = Training::new(recipe, &recording).on_progress(|p| {
         if p.judged {
@@ -76,5 +84,6 @@ fn train(
     if let Some(folder) = file.parent() {
         storage::make_folder(folder)?;
     }
-    learned.model.write(file)
+    learned.model.write(file)?;
+    Ok(learned.report.notes)
 }

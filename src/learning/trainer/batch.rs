@@ -107,7 +107,7 @@ impl Site {
     /// The device for the objective of all training snapshots too, where every step evaluates that.
     pub fn device(recipe: &Recipe, training_set: &TrainingSet, device: &Device) -> Self {
         let whole = (recipe.descent.truths_per_step == 0).then(|| {
-            OnDevice::of(
+            OnDevice::where_it_fits(
                 training_set.problem(),
                 recipe.descent.map_in_objective,
                 device,
@@ -155,10 +155,12 @@ impl Batch {
         let on_device = match (site, &mini_batch) {
             (Site::Cpu, _) => None,
             (Site::Device(whole), None) => whole.clone(),
-            (Site::Device(_), Some(mini_batch)) => {
-                OnDevice::of(&mini_batch.problem, recipe.descent.map_in_objective, device)
-                    .map(Arc::new)
-            }
+            (Site::Device(_), Some(mini_batch)) => OnDevice::where_it_fits(
+                &mini_batch.problem,
+                recipe.descent.map_in_objective,
+                device,
+            )
+            .map(Arc::new),
         };
         Ok(Self {
             step,

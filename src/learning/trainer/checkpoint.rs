@@ -22,7 +22,7 @@ use std::{collections::HashMap, io, path::Path};
 /// Keys of the file's metadata: the identity of the training, that without its number of steps, …
 const IDENTITY: &str = "ballmark_training";
 const BUT_FOR_STEPS: &str = "ballmark_training_but_for_steps";
-/// … and the step at which it went on from a shorter training's checkpoint.
+/// … and the step at which it went on under another schedule.
 const EXTENDED_AT: &str = "ballmark_extended_at";
 
 /// Numbers that are no tensor's.

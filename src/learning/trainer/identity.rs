@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 pub struct TrainingIdentity {
     /// SHA-256 (hexadecimal) of the crate's version, the recording's content and the whole recipe.
     pub whole: String,
-    /// The same without the recipe's number of steps: a training of more steps may go on from a shorter one's checkpoint.
+    /// The same without the recipe's number of steps: a training may go on from the checkpoint of one with another number of steps.
     pub but_for_steps: String,
 }
 

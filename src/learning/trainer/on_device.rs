@@ -61,7 +61,7 @@ pub struct OnDeviceAnswer {
 
 impl OnDevice {
     /// Puts a problem on the device, where it has few enough pairs.
-    pub fn of(problem: &Problem, with_map: bool, device: &Device) -> Option<Self> {
+    pub fn where_it_fits(problem: &Problem, with_map: bool, device: &Device) -> Option<Self> {
         let pairs = problem.pairs(MOST_PAIRS)?;
         let admitted = pairs.errors_m.mapv(|e| f32::from(u8::from(e.is_finite())));
         let error_m = pairs.errors_m.mapv(|e| if e.is_finite() { e } else { 0.0 });
@@ -206,12 +206,12 @@ fn outcomes(g: &Tensor<2>) -> Tensor<2> {
 /// From ∂E/∂P to ∂E/∂g: Σ over the outcomes of the *other* features, never dividing by g.
 fn behind_outcomes(g: &Tensor<2>, slope: Tensor<2>) -> Tensor<2> {
     let [snapshots, features] = g.dims();
-    let of = |columns: std::ops::Range<usize>| match columns.is_empty() {
+    let outcomes_of = |columns: std::ops::Range<usize>| match columns.is_empty() {
         true => g.ones_like().narrow(1, 0, 1),
         false => outcomes(&g.clone().narrow(1, columns.start, columns.len())),
     };
     let columns = (0..features).map(|feature| {
-        let (before, after) = (of(0..feature), of(feature + 1..features));
+        let (before, after) = (outcomes_of(0..feature), outcomes_of(feature + 1..features));
         let (rows, left, right) = (snapshots, 1 << feature, 1 << (features - 1 - feature));
         let sides = slope.clone().reshape([rows, left, 2, right]);
         let difference = sides.clone().narrow(2, 1, 1) - sides.narrow(2, 0, 1);

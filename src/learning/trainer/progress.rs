@@ -35,7 +35,7 @@ pub enum StoppedBy {
     Steps,
     /// Nothing that holds on the validation part was learned for a quarter of the steps.
     NothingLearned,
-    /// The callback asked for it.
+    /// The callback answered [`Directive::Stop`](crate::learning::trainer::Directive::Stop).
     Callback,
 }
 
@@ -58,7 +58,7 @@ pub struct Trained {
     pub stopped_by: StoppedBy,
     /// Step of the checkpoint that it went on from, where it did.
     pub resumed_at: Option<usize>,
-    /// Step of a shorter training's checkpoint that it went on from under another schedule: an unbroken training of
-    /// these steps would have ended in other bits.
+    /// Step of the checkpoint, of the same training with another number of steps, that it went on from under another
+    /// schedule: an unbroken training of these steps would have ended in other bits.
     pub extended_at: Option<usize>,
 }

@@ -21,7 +21,7 @@ pub struct State {
     pub best_step: usize,
     /// Error reduction of the last step's own batch.
     pub batch_error_reduction: f64,
-    /// Step of a shorter training's checkpoint that this one went on from under another schedule.
+    /// Step at which it went on from the same training with another number of steps, under another schedule.
     pub extended_at: Option<usize>,
 }
 

@@ -28,7 +28,7 @@ pub(super) fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3
         return Ok(slopes);
     }
     if slopes.iter().any(|slope| slope.device() != cpu()) {
-        return Ok(limited_there(slopes, limit));
+        return Ok(limited_on_device(slopes, limit));
     }
     let mut squares = 0.0;
     for slope in &slopes {
@@ -44,7 +44,7 @@ pub(super) fn limited(slopes: Vec<Tensor<3>>, limit: f64) -> Result<Vec<Tensor<3
 }
 
 /// The same without waiting for what a GPU has found.
-fn limited_there(slopes: Vec<Tensor<3>>, limit: f64) -> Vec<Tensor<3>> {
+fn limited_on_device(slopes: Vec<Tensor<3>>, limit: f64) -> Vec<Tensor<3>> {
     let squares = slopes.iter().map(|slope| slope.clone().square().sum());
     let Some(length) = squares.reduce(|a, b| a + b).map(Tensor::sqrt) else {
         return slopes;
@@ -63,17 +63,17 @@ mod tests {
     #[test]
     fn gradients_are_shortened_alike_wherever_they_are() {
         let slopes = || {
-            let of = |numbers: [f32; 4]| Tensor::<1>::from_floats(numbers, &cpu());
+            let tensor = |numbers: [f32; 4]| Tensor::<1>::from_floats(numbers, &cpu());
             vec![
-                of([3.0, 0.0, -1.0, 2.0]).reshape([1, 2, 2]),
-                of([1.0, 4.0, 0.5, -2.0]).reshape([2, 1, 2]),
+                tensor([3.0, 0.0, -1.0, 2.0]).reshape([1, 2, 2]),
+                tensor([1.0, 4.0, 0.5, -2.0]).reshape([2, 1, 2]),
             ]
         };
         for (limit, shortened) in [(1.0, true), (100.0, false)] {
-            let there = limited_there(slopes(), limit);
-            let here = limited(slopes(), limit).unwrap();
+            let on_device = limited_on_device(slopes(), limit);
+            let on_cpu = limited(slopes(), limit).unwrap();
             let mut square = 0.0;
-            for (a, b) in here.into_iter().zip(there) {
+            for (a, b) in on_cpu.into_iter().zip(on_device) {
                 let (a, b) = (values(a).unwrap(), values(b).unwrap());
                 assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6));
                 square += b.iter().map(|b| b * b).sum::<f32>();

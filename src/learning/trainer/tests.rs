@@ -134,7 +134,7 @@ fn run(recipe: &Recipe, training_set: &TrainingSet) -> Result<Trained> {
     })
 }
 
-/// An identity with a given name; `steps` tells it from the same training of other lengths.
+/// An identity with a given name; `steps` distinguishes the same training of other lengths.
 fn identity(name: &str, steps: usize) -> TrainingIdentity {
     TrainingIdentity {
         whole: format!("{name} of {steps} steps"),

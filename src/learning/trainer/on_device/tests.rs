@@ -41,7 +41,7 @@ fn compare(problem: &Problem, truths: usize, candidates: usize, features: usize,
         let structured = problem
             .evaluate(&mut workspace, truth.view(), map.view(), with_map)
             .unwrap();
-        let dense = OnDevice::of(problem, with_map, &cpu()).unwrap();
+        let dense = OnDevice::where_it_fits(problem, with_map, &cpu()).unwrap();
         let found = dense
             .evaluate(tensor(truth.view(), &cpu()), tensor(map.view(), &cpu()))
             .unwrap();
@@ -108,7 +108,7 @@ fn a_table_of_too_many_pairs_stays_on_the_cpu() {
         let mut recipe = Recipe::default();
         recipe.descent.objective = objective;
         let problem = Problem::reported(&recipe, &places, &places).unwrap();
-        assert!(OnDevice::of(&problem, true, &cpu()).is_none());
+        assert!(OnDevice::where_it_fits(&problem, true, &cpu()).is_none());
         assert!(problem.pairs(5001 * 5001).is_some());
     }
 }
