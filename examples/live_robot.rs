@@ -3,9 +3,9 @@
 //! `cargo run --release --example live_robot`
 
 use ballmark::{
-    learning::{Recipe, trainer, training_set::TrainingSet},
+    learning::Recipe,
     localiser::LiveLocaliser,
-    model::Model,
+    model::Training,
     recording::Observation,
     seed::Seed,
     world::corridor::{CorridorConfig, thrun1998},
@@ -24,10 +24,7 @@ pub fn main() -> ballmark::Result<()> {
         ..Recipe::default()
     };
     recipe.descent.steps = 300;
-    let split = recipe.split.split(&recording)?;
-    let training_set = TrainingSet::prepare(&recipe, &recording, &split)?;
-    let trained = trainer::train(&recipe, &training_set, None, false, "", &mut |_| ())?;
-    let model = Model::new(&recipe, &recording, &training_set, trained);
+    let model = Training::new(&recipe, &recording).run()?.model;
 
     // The robot: sonar readings and odometry come in, one after the other. Here a simulated run stands for both.
     let run = thrun1998(Seed(2), &config(1))?;
