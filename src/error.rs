@@ -5,7 +5,7 @@ use std::{fmt, io, path::Path};
 /// What every fallible function of the crate returns.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What went wrong, told in one line that names the file, the place in it, the fault and what was expected.
+/// What went wrong, in one line that names the file, the place in it, the fault and what was expected.
 ///
 /// ```
 /// let error = ballmark::Error::input("walk.csv", "line 7", "column `x_m` holds `abc`; expected metres as a number");
@@ -31,7 +31,7 @@ enum Kind {
 impl Error {
     /// The call itself is wrong: an argument or a configuration key.
     pub fn usage(message: impl Into<String>) -> Self {
-        Self::of(Kind::Usage, message.into())
+        Self::new(Kind::Usage, message.into())
     }
 
     /// A file's content is wrong: `file`, the `place` in it (line, array, key), and the `fault` with what was expected.
@@ -40,7 +40,7 @@ impl Error {
         place: impl fmt::Display,
         fault: impl fmt::Display,
     ) -> Self {
-        Self::of(
+        Self::new(
             Kind::Input,
             format!("{}: {place}: {fault}", file.as_ref().display()),
         )
@@ -48,7 +48,7 @@ impl Error {
 
     /// A file as a whole is wrong (empty, of another format).
     pub fn file(file: impl AsRef<Path>, fault: impl fmt::Display) -> Self {
-        Self::of(Kind::Input, format!("{}: {fault}", file.as_ref().display()))
+        Self::new(Kind::Input, format!("{}: {fault}", file.as_ref().display()))
     }
 
     /// The operating system refused: `action` is a verb phrase such as "cannot write".
@@ -63,15 +63,15 @@ impl Error {
 
     /// The input is well formed, but the work asked for can't be done with it.
     pub fn work(message: impl Into<String>) -> Self {
-        Self::of(Kind::Work, message.into())
+        Self::new(Kind::Work, message.into())
     }
 
     /// The caller asked for an end before there was a result.
     pub fn cancelled(message: impl Into<String>) -> Self {
-        Self::of(Kind::Cancelled, message.into())
+        Self::new(Kind::Cancelled, message.into())
     }
 
-    fn of(kind: Kind, message: String) -> Self {
+    fn new(kind: Kind, message: String) -> Self {
         Self {
             kind,
             message,

@@ -28,7 +28,7 @@ pub struct Pose {
     pub heading_rad: f64,
 }
 
-/// A movement told in the frame of the robot that makes it.
+/// A movement in the frame of the robot that makes it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Displacement {
     /// Ahead, in metres.
@@ -65,7 +65,7 @@ impl Pose {
         wrapped(self.heading_rad - other.heading_rad).abs()
     }
 
-    /// Where a robot at this pose is after a movement told in its own frame.
+    /// Where a robot at this pose is after a movement given in its own frame.
     ///
     /// ```
     /// use ballmark::geometry::{Displacement, Pose};

@@ -20,8 +20,8 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt;
-        let is_device = |told: fs::Metadata| {
-            told.file_type().is_char_device() || told.file_type().is_block_device()
+        let is_device = |metadata: fs::Metadata| {
+            metadata.file_type().is_char_device() || metadata.file_type().is_block_device()
         };
         if fs::metadata(path).is_ok_and(is_device) {
             return Err(Error::file(path, "is a device; expected a file"));
@@ -72,7 +72,7 @@ pub fn write_file(
     Ok(())
 }
 
-/// Can a file of that name be made, as far as can be told beforehand? Returns the folder it goes to. Asked before long
+/// Can a file of that name be made, as far as can be known beforehand? Returns the folder it goes to. Asked before long
 /// work, so that the answer does not come after it.
 ///
 /// # Errors

@@ -130,7 +130,7 @@ impl<'a> Header<'a> {
     fn parse(text: &'a str) -> Option<Self> {
         let value = |key: &str| Some(text.split_once(key)?.1.trim_start());
         let descr = value("'descr':")?;
-        // A structured type is a list: told as it stands.
+        // A structured type is a list: shown as it stands.
         let descr = match descr.strip_prefix('\'') {
             Some(quoted) => quoted.split_once('\'')?.0,
             None => descr.get(..descr.len().min(20)).unwrap_or(""),

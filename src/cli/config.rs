@@ -1,4 +1,4 @@
-//! Configuration files: one TOML an experiment, a section a command.
+//! The configuration file of `train` and `localise`: one section for each.
 
 use crate::{
     error::{Error, Result},
@@ -26,7 +26,7 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Reads a configuration; without a file it is the default one. A `recipe` given here stands before the file's own.
+    /// Reads a configuration; without a file it is the default one. A `recipe` given here overrides the file's own.
     ///
     /// # Errors
     /// Where the file is no TOML, a key is unknown or of the wrong type, or a value makes no sense: the call is wrong. The

@@ -1,4 +1,4 @@
-//! `ballmark features`: what each filter answers where.
+//! `ballmark features`: the output of each filter at every snapshot.
 
 use super::{Outcome, localise::write_text, print};
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
 use ndarray::Array2;
 use std::{fmt::Write, path::PathBuf};
 
-/// What each filter answers where: a CSV file, and plots beside it.
+/// The output of each filter at every snapshot: a CSV file, and plots beside it.
 ///
 /// Columns: index, x_m, y_m, heading_rad, f1, f2, … with f the probability that the feature is seen. Plots beside it show
 /// the first eight along the route (F.svg), or in the plane where the dataset has no route (F.f1.svg, F.f2.svg, …).
@@ -24,7 +24,7 @@ pub struct Arguments {
     /// Model, as `ballmark train` writes it.
     #[arg(value_name = "M.safetensors")]
     model: PathBuf,
-    /// Dataset to answer for.
+    /// Dataset whose snapshots are the input.
     #[arg(value_name = "D.npz")]
     dataset: PathBuf,
     /// CSV file to write.
@@ -52,25 +52,25 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         .map_err(|e| e.in_file(&arguments.dataset))?;
     write_text(&arguments.output, &csv(&recording, &answers))?;
     let title = format!("Filters for uncertainty {}", model.header.prior);
-    let mut told = format!(
+    let mut summary = format!(
         "{}: {} snapshots, {} features\n",
         arguments.output.display(),
         recording.len(),
         answers.ncols()
     );
     if answers.ncols() > MOST_PICTURED {
-        told += &format!("plots: the first {MOST_PICTURED} features\n");
+        summary += &format!("plots: the first {MOST_PICTURED} features\n");
     }
     for (name, picture) in plots(&title, &recording, &answers)? {
         let path = arguments.output.with_extension(name);
         write_text(&path, &picture)?;
-        told += &format!("{}: their plot\n", path.display());
+        summary += &format!("{}: their plot\n", path.display());
     }
-    print(&told)?;
+    print(&summary)?;
     Ok(Outcome::Done)
 }
 
-/// Features that are pictured: of a wide code, more than anybody looks at; the table has them all.
+/// Features that are pictured: more are not worth looking at one by one; the table has them all.
 const MOST_PICTURED: usize = 8;
 
 /// One row a snapshot.

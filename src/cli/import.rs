@@ -19,7 +19,7 @@ use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
 
 /// Turn a robot's log into a dataset.
 ///
-/// Reads CARMEN text logs (plain, gzip or xz), CSV tables (also of camera frames) and datasets; which of them is told by the content. Several
+/// Reads CARMEN text logs (plain, gzip or xz), CSV tables (also of camera frames) and datasets; which of them is guessed from the content. Several
 /// logs become several runs.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]

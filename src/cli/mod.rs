@@ -94,7 +94,7 @@ fn outlive_file_size_limits() {
     }
 }
 
-/// A line for the person, on standard error; that nobody reads it is no fault.
+/// A line on standard error; that it can't be written is no error.
 pub(crate) fn warn(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }

@@ -16,8 +16,8 @@ use std::path::PathBuf;
 /// the coefficient at each distance. Other columns are passed over.
 ///
 /// The uncertainty coefficient U(L|R) (Duckett & Nehmzow 1998) is the share of the location's entropy that the response
-/// removes: 1 tells all, 0 nothing. Small samples flatter it; the corrected one is 0 on average for a response that
-/// knows nothing. The interval is that of the corrected coefficient. Natural logarithms.
+/// removes: at 1 the response determines the location, at 0 it says nothing about it. Small samples raise it by chance; the
+/// corrected one is 0 on average for responses that are independent of the location. The interval is that of the corrected coefficient. Natural logarithms.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   printf 'location,response\\nhall,1\\nhall,1\\ndoor,2\\ndoor,1\\n' > answers.csv

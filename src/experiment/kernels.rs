@@ -9,7 +9,7 @@ use crate::{
     detector::input::{Input, InputConfig, SectorValue},
     error::Result,
     learning::training_set::covered,
-    localiser::sensor_model::kernel::{PreparedKernel, least_mean_squares},
+    localiser::sensor_model::{PreparedKernel, least_mean_squares},
     recording::{
         Recording,
         viewpoint::{Moves, Views},

@@ -77,7 +77,7 @@ impl Account {
         &self.lost_records
     }
 
-    /// Adds the books of another log, whose lost records are told with its name.
+    /// Adds the books of another log, whose name is put before its lost records.
     pub fn add(&mut self, log: &str, other: &Account) {
         for (mine, theirs) in [
             (&mut self.used, &other.used),

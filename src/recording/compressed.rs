@@ -1,4 +1,4 @@
-//! Files as they come: plain, gzip (several members too) or xz (several streams too), told apart by their first bytes.
+//! Files as they come: plain, gzip (several members too) or xz (several streams too), recognised by their first bytes.
 
 use crate::{
     error::{Error, Result},

@@ -112,8 +112,8 @@ impl<'a> Observation<'a> {
     pub fn north_displacement(&self, next: &Observation) -> Option<[f64; 2]> {
         let moved = self.odometry.displacement_to(&next.odometry);
         let facing = Pose::new(0.0, 0.0, self.compass_rad?);
-        let there = facing.after(moved);
-        Some([there.x_m, there.y_m])
+        let reached = facing.after(moved);
+        Some([reached.x_m, reached.y_m])
     }
 }
 

@@ -56,7 +56,7 @@ pub fn no_return_from(readings: ArrayView2<f32>, poses: &[Pose]) -> Option<f64> 
     let limit = sick_code(&farthest_first).or_else(|| {
         pile(&farthest_first).filter(|limit| seen_from_places(readings, poses, *limit))
     })?;
-    // By way of its shortest decimal form, so that 81.83 stays 81.83 and isn't told as 81.83000183.
+    // By way of its shortest decimal form, so that 81.83 stays 81.83 and isn't shown as 81.83000183.
     limit.to_string().parse().ok()
 }
 

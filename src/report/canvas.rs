@@ -5,7 +5,7 @@ use plotters::{coord::Shift, prelude::*, style::RGBColor};
 use std::ops::Range;
 
 pub(super) type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// What drawing returns: the backend's own error, told as ours by [`picture`].
+/// What drawing returns: the backend's own error, made ours by [`picture`].
 pub(super) type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
 
 /// Width of every picture in pixels.
@@ -15,7 +15,7 @@ const FINENESS: u32 = 2;
 pub(super) const INK: RGBColor = RGBColor(40, 40, 40);
 pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 
-/// Okabe & Ito (2008), told apart with any kind of colour vision; without their yellow, too pale for a line on white.
+/// Okabe & Ito (2008), distinct for any kind of colour vision; without their yellow, too pale for a line on white.
 const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),   // blue
     RGBColor(213, 94, 0),    // vermilion
@@ -47,7 +47,7 @@ pub(super) const fn at(pixels: u32) -> i32 {
     px(pixels) as i32
 }
 
-/// A font of that size in pixels; whoever shows the picture has some sans-serif.
+/// A sans-serif font of that size in pixels, chosen by the program that shows the picture.
 pub(super) fn font(size: u32) -> TextStyle<'static> {
     ("sans-serif", px(size)).into_font().color(&INK)
 }
@@ -73,7 +73,7 @@ pub(super) fn picture(
     Ok(svg.replacen(&fine, &format!("width=\"{WIDTH}\" height=\"{height}\""), 1))
 }
 
-/// At most that many characters, the rest told by an ellipsis.
+/// At most that many characters, the rest replaced by an ellipsis.
 pub(super) fn shortened(text: &str, characters: usize) -> String {
     match text.char_indices().nth(characters) {
         Some(_) => text.chars().take(characters - 1).chain(['…']).collect(),
@@ -128,13 +128,13 @@ mod tests {
 
     #[test]
     fn ranges_are_never_empty() {
-        let of = |values: &[f64], zero| range(values.iter().copied(), 0.0, zero);
-        assert_eq!(of(&[], false), 0.0..1.0);
-        assert_eq!(of(&[f64::NAN, f64::INFINITY, 1e300], true), 0.0..1.0);
-        assert_eq!(of(&[2.0, 4.0], false), 2.0..4.0);
-        assert_eq!(of(&[2.0, 4.0], true), 0.0..4.0);
-        assert_eq!(of(&[0.0], true), 0.0..0.5);
-        let flat = of(&[1e14], false);
+        let axis = |values: &[f64], zero| range(values.iter().copied(), 0.0, zero);
+        assert_eq!(axis(&[], false), 0.0..1.0);
+        assert_eq!(axis(&[f64::NAN, f64::INFINITY, 1e300], true), 0.0..1.0);
+        assert_eq!(axis(&[2.0, 4.0], false), 2.0..4.0);
+        assert_eq!(axis(&[2.0, 4.0], true), 0.0..4.0);
+        assert_eq!(axis(&[0.0], true), 0.0..0.5);
+        let flat = axis(&[1e14], false);
         assert!(flat.start < flat.end);
     }
 

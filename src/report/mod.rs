@@ -1,4 +1,4 @@
-//! Results as tables and pictures: values in, text out (plain, CSV, Markdown, LaTeX, SVG); whoever calls writes the files.
+//! Results as tables and pictures: values in, text out (plain, CSV, Markdown, LaTeX, SVG); the caller writes the files.
 
 mod canvas;
 pub mod comparison;

@@ -18,7 +18,7 @@ pub struct PlanLine {
     pub colour: [f64; 3],
     /// Does light come out of it (a window)? Then it is drawn blue.
     pub window: bool,
-    /// Does it stand in nobody's way, or only now and then? Then it is drawn thin.
+    /// Is it above head height, or there only at times? Then it is drawn thin.
     pub thin: bool,
 }
 

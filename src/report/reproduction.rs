@@ -53,14 +53,14 @@ fn duckett1998(record: &ComparisonRecord) -> Sheet {
             |cell| Some(cell.record.trials as f64),
         ),
         (
-            "places in the EBL map",
+            "places in the map of evidence-based localisation",
             "evidence_based",
             0,
             |p| p.places as f64,
             |cell| Some(cell.places as f64),
         ),
         (
-            "EBL distance (m) for U = 0.9",
+            "evidence-based localisation: distance to U = 0.9 (m)",
             "evidence_based",
             1,
             |p| p.evidence_distance_m,
@@ -74,7 +74,7 @@ fn duckett1998(record: &ComparisonRecord) -> Sheet {
             coefficient,
         ),
         (
-            "landmarks, mean H(L|R)",
+            "landmarks, mean H(L|R) (nats)",
             "landmark_classifier",
             3,
             |p| p.landmarks[1],
@@ -88,7 +88,7 @@ fn duckett1998(record: &ComparisonRecord) -> Sheet {
             coefficient,
         ),
         (
-            "dead reckoning, mean H(L|R)",
+            "dead reckoning, mean H(L|R) (nats)",
             "dead_reckoning",
             3,
             |p| p.dead_reckoning[1],
@@ -96,7 +96,7 @@ fn duckett1998(record: &ComparisonRecord) -> Sheet {
         ),
     ];
     let environments = DUCKETT_1998.map(|row| row.environment);
-    let headers = ["quantity", ""].into_iter().chain(environments);
+    let headers = ["quantity", "from"].into_iter().chain(environments);
     let mut table = Table::new(headers);
     for (quantity, kind, decimals, printed, here) in rows {
         let paper = DUCKETT_1998
@@ -109,7 +109,7 @@ fn duckett1998(record: &ComparisonRecord) -> Sheet {
         });
         table.row([text(""), text("here")].into_iter().chain(ours));
     }
-    table.caption("–: never reached, or failed. H in nats; means over the 201 tables of 0 to 20 m");
+    table.caption("–: never reached, or failed. means over the 201 tables of 0 to 20 m");
     sheet(
         "paper_tables_1_2",
         "Tables 1 and 2, the paper's and ours",
@@ -120,7 +120,7 @@ fn duckett1998(record: &ComparisonRecord) -> Sheet {
 /// D00 Table 2.
 fn coefficients(record: &ComparisonRecord) -> Sheet {
     let environments = DUCKETT_2000.map(|row| row.environment);
-    let headers = ["system", ""]
+    let headers = ["system", "from"]
         .into_iter()
         .chain(environments)
         .chain(["mean"]);

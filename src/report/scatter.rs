@@ -1,4 +1,4 @@
-//! Values at places in the plane, told by colour, as SVG.
+//! Values at places in the plane, shown by colour, as SVG.
 
 use super::{
     canvas::{WIDTH, at, drawable, font, picture, px, range, shortened, tick},
@@ -12,7 +12,7 @@ use plotters::{
 };
 use std::ops::Range;
 
-/// From dark blue over grey to yellow: lightness rises all the way, and blue and yellow are told apart with any kind of
+/// From dark blue over grey to yellow: lightness rises all the way, and blue and yellow are distinct for any kind of
 /// colour vision (the idea of Nuñez, Anderton & Renslow 2018).
 const SCALE: [RGBColor; 3] = [
     RGBColor(0, 32, 96),

@@ -17,7 +17,7 @@ const ORIENTATIONS: usize = 90;
 const OFFSETS: usize = 40;
 /// Points that are counted between two looks at whether the grid can still be the best.
 const LOOK_UP: usize = 128;
-/// Most squares that a grid may have along an axis, so that a mistaken unit is told and not computed.
+/// Most squares that a grid may have along an axis, so that a mistaken unit is refused and not computed.
 const MOST_ALONG_AXIS: f64 = 2_000.0;
 
 /// A grid of square bins over the places where a robot was.
@@ -245,8 +245,8 @@ fn best_offset(
     let mut seen = vec![0_u32; columns.width * rows.width];
     let mut grid = 0;
     let mut least = Vec::new();
-    for (i, column) in columns.of.iter().enumerate() {
-        for (j, row) in rows.of.iter().enumerate() {
+    for (i, column) in columns.square_of.iter().enumerate() {
+        for (j, row) in rows.square_of.iter().enumerate() {
             grid += 1;
             let allowed = fewest.load(Relaxed);
             let mut bins = 0;
@@ -271,7 +271,7 @@ fn best_offset(
     least.retain(|&(bins, _)| bins <= allowed);
     let mut counts = vec![0_u64; seen.len()];
     let candidates = least.into_iter().map(|(bins, offset)| {
-        let (column, row) = (&columns.of[offset[0]], &rows.of[offset[1]]);
+        let (column, row) = (&columns.square_of[offset[0]], &rows.square_of[offset[1]]);
         let squares = || {
             column
                 .iter()
@@ -295,7 +295,7 @@ fn best_offset(
 
 /// Along one axis, the strip of every point at every offset, counted from the first one occupied.
 struct Strips {
-    of: Vec<Vec<u32>>,
+    square_of: Vec<Vec<u32>>,
     width: usize,
 }
 
@@ -308,7 +308,7 @@ fn strips(along: &[[f64; 2]], axis: usize) -> Strips {
         .unwrap_or_default();
     let last = all().map(|a| strip(a, 0)).max().unwrap_or_default();
     Strips {
-        of: (0..OFFSETS)
+        square_of: (0..OFFSETS)
             .map(|offset| all().map(|a| (strip(a, offset) - first) as u32).collect())
             .collect(),
         width: (last - first) as usize + 1,

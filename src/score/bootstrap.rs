@@ -194,14 +194,14 @@ mod tests {
             table
         };
         let units: Vec<usize> = (0..60).map(|trial| trial / 3).collect();
-        let of = |tables: &[Contingency<usize, usize>]| {
+        let interval = |tables: &[Contingency<usize, usize>]| {
             Interval::of_mean(tables, &units, 400, Seed(1)).unwrap()
         };
         let one = Interval::by_bootstrap(&table(0), &units, 400, Seed(1)).unwrap();
-        assert_eq!(of(&[table(0), table(0)]), one);
+        assert_eq!(interval(&[table(0), table(0)]), one);
         let many: Vec<_> = (0..8).map(table).collect();
         let width = |interval: Interval| interval.high - interval.low;
-        assert!(width(of(&many)) < 0.7 * width(one));
+        assert!(width(interval(&many)) < 0.7 * width(one));
         assert_eq!(Interval::of_mean(&many, &units[1..], 400, Seed(1)), None);
     }
 
@@ -215,8 +215,9 @@ mod tests {
             .iter()
             .map(|unit| usize::MAX - 1_000_003 * unit)
             .collect();
-        let of = |units: &[usize]| Interval::by_bootstrap(&table, units, 200, Seed(4)).unwrap();
-        assert_eq!(of(&far), of(&units));
+        let interval =
+            |units: &[usize]| Interval::by_bootstrap(&table, units, 200, Seed(4)).unwrap();
+        assert_eq!(interval(&far), interval(&units));
     }
 
     #[test]

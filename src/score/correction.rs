@@ -52,7 +52,7 @@ pub fn expected_mutual_information(counts: &Counts) -> f64 {
     ((total as f64).ln() + information / total as f64).max(0.0)
 }
 
-/// The coefficient corrected for chance, U_c: 0 on average where the response knows nothing, 1 where it tells all.
+/// The coefficient corrected for chance, U_c: 0 on average where responses are independent of locations, 1 where they determine them.
 /// `None` where U is undefined (a single location), or where every pairing tells the same (each response given once).
 pub fn corrected_coefficient(counts: &Counts) -> Option<f64> {
     let entropies = Entropies::of(counts);

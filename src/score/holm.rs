@@ -1,7 +1,7 @@
 //! Many tests at once: p-values that stay true however many pairs of systems a table compares.
 
 /// p-values adjusted by Holm's step-down rule (Holm, *A simple sequentially rejective multiple test procedure*,
-/// Scandinavian Journal of Statistics 6, 1979): whoever calls those at most α significant, errs anywhere in the whole
+/// Scandinavian Journal of Statistics 6, 1979): calling those at most α significant, one errs anywhere in the whole
 /// table with a probability of at most α, however the tests depend on one another.
 ///
 /// The k-th smallest of m is multiplied by m − k + 1, and is never below the one before it nor above 1. A test that

@@ -1,9 +1,9 @@
-//! How much a response tells about the true location, whatever the responses are called: this room knows no robot.
+//! How much responses say about the true location, whatever their labels are: nothing here depends on a robot.
 //!
 //! Pairs of location and response fill a [`Contingency`] table; its [`Entropies`] give the uncertainty coefficient
-//! U(L|R) of Duckett & Nehmzow (1998), in [0, 1]. The plain coefficient flatters small samples: independent locations and
-//! responses, 50 × 16 labels, 100 rows, average U = 0.50. So it never stands alone here: [`corrected_coefficient`] is
-//! 0 on average for a response that knows nothing, [`permutation_p`] says how likely chance reaches the table's value,
+//! U(L|R) of Duckett & Nehmzow (1998), in [0, 1]. Chance raises the plain coefficient of small samples: independent locations and
+//! responses, 50 × 16 labels, 100 rows, average U = 0.50. So three more figures go with it: [`corrected_coefficient`] is
+//! 0 on average for responses that are independent of the location, [`permutation_p`] says how likely chance reaches the table's value,
 //! and [`Interval`] how far another sample of trials may differ. Where a location is a place in the plane, [`Binning`] makes
 //! a label of it. [`Responses`] are read from a CSV file of any system's, and a [`Verdict`] says all this of them. Who answers with probabilities is judged by [`PosteriorScore`]; whether one system is better than another,
 //! [`PairedT`] says, and [`holm`] whether it still is among many.

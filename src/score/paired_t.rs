@@ -9,7 +9,7 @@ use statrs::function::beta::checked_beta_reg;
 /// With differences d_i = a_i − b_i, their mean d̄ and their standard deviation s (of n − 1), t = d̄ / (s/√n), and
 /// p = I_x(ν/2, 1/2) with x = ν/(ν + t²), the regularised incomplete beta function: both tails beyond |t|.
 ///
-/// The test takes the differences for normal and independent, and tells nothing of how large they are. Whoever compares
+/// The test assumes that the differences are normal and independent, and says nothing of how large they are. Who compares
 /// many pairs of systems will find some p small by chance: see [`holm`](super::holm).
 ///
 /// ```
@@ -82,21 +82,21 @@ mod tests {
     fn agrees_with_scipy() {
         let before = [1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30];
         let after = [0.878, 0.647, 0.598, 2.05, 1.06, 1.29, 1.06, 3.24, 1.29];
-        let told = PairedT::of(&before, &after);
-        assert_near(told, (2.850491911699701, 0.021462820475803616));
-        assert_eq!(told.unwrap().degrees_of_freedom, 8);
+        let test = PairedT::of(&before, &after);
+        assert_near(test, (2.850491911699701, 0.021462820475803616));
+        assert_eq!(test.unwrap().degrees_of_freedom, 8);
 
         let tenths = |times: usize, modulus: usize| -> Vec<f64> {
             (0..30)
                 .map(|i| (i * times % modulus) as f64 / 10.0)
                 .collect()
         };
-        let told = PairedT::of(&tenths(7, 11), &tenths(5, 13));
-        assert_near(told, (-0.8882601576778811, 0.38170934931990025));
+        let test = PairedT::of(&tenths(7, 11), &tenths(5, 13));
+        assert_near(test, (-0.8882601576778811, 0.38170934931990025));
 
         // One degree of freedom; no difference on average; and a tail far out.
-        let told = PairedT::of(&[0.1, 0.2], &[0.4, 0.1]);
-        assert_near(told, (-0.5000000000000001, 0.7048327646991335));
+        let test = PairedT::of(&[0.1, 0.2], &[0.4, 0.1]);
+        assert_near(test, (-0.5000000000000001, 0.7048327646991335));
         let even = PairedT::of(&[1.0, 2.0, 3.0, 4.0], &[1.5, 1.5, 3.5, 3.5]).unwrap();
         assert_eq!((even.t, even.p), (0.0, 1.0));
         let far: Vec<f64> = (0..10)

@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-6;
 /// with p_k(l_k) the probability that the k-th posterior gives the true location, p(l) = N_•l/N how often the robot was
 /// there, and H(L) the entropy of that, as in U(L|R) (Duckett & Nehmzow 1998, eq. 21 and 26). The mean of −ln q is the
 /// logarithmic score (Good, *Rational decisions*, Journal of the Royal Statistical Society B 14, 1952): it is least on
-/// average for whoever says what they believe. The 1 % of prior is this crate's.
+/// average for a system that reports its true belief. The 1 % of prior is this crate's.
 ///
 /// - 1 (less 0.0101/H(L) at most) says that the posterior was always sure and right.
 /// - 0 is the worth of always answering with p(l), and of no answer, which counts as just that.
@@ -155,11 +155,11 @@ mod tests {
     }
 
     /// The responses as posteriors `of(location, response)`.
-    fn score(of: impl Fn(usize, usize) -> f64) -> PosteriorScore<usize> {
+    fn score(probability: impl Fn(usize, usize) -> f64) -> PosteriorScore<usize> {
         let mut score = PosteriorScore::new();
         for (location, response) in responses().0 {
             score
-                .record(location, Some(of(location, response)))
+                .record(location, Some(probability(location, response)))
                 .unwrap();
         }
         score
@@ -241,8 +241,8 @@ mod tests {
         let mut score = PosteriorScore::new();
         assert_eq!(score.coefficient(), None);
         for wrong in [f64::NAN, -0.1, 1.1, f64::INFINITY] {
-            let told = score.record("a", Some(wrong)).unwrap_err().to_string();
-            assert!(told.contains("expected a probability"), "{told}");
+            let message = score.record("a", Some(wrong)).unwrap_err().to_string();
+            assert!(message.contains("expected a probability"), "{message}");
         }
         assert!(score.is_empty());
         score.record("a", Some(1.0 + 1e-12)).unwrap();

@@ -1,7 +1,8 @@
 //! A flux-gate compass, which steel and cables turn aside, differently from place to place and always alike at one.
 
+use super::bounds::Bounds;
 use crate::{
-    error::{Error, Result},
+    error::Result,
     geometry::{Pose, wrapped},
     seed::Seed,
 };
@@ -48,30 +49,22 @@ impl CompassConfig {
     /// # Errors
     /// A usage error that names the first one out of bounds.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, value: f64, expected: &str| {
-            Err(Error::usage(format!(
-                "compass: `{key}` is {value}; expected {expected}"
-            )))
-        };
+        let bounds = Bounds("compass");
         for (key, value) in [
             ("distortion_sd_rad", self.distortion_sd_rad),
             ("noise_rad", self.noise_rad),
         ] {
             if !(0.0..=PI).contains(&value) {
-                return wrong(key, value, "0 to π");
+                return bounds.wrong(key, value, "0 to π");
             }
         }
-        for (key, value) in [
+        bounds.positive(&[
             ("correlation_m", self.correlation_m),
             ("turret_time_s", self.turret_time_s),
             ("turret_rad_per_s", self.turret_rad_per_s),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return wrong(key, value, "more than 0");
-            }
-        }
+        ])?;
         if !(-TAU..=TAU).contains(&self.north_rad) {
-            return wrong("north_rad", self.north_rad, "-2π to 2π");
+            return bounds.wrong("north_rad", self.north_rad, "-2π to 2π");
         }
         Ok(())
     }

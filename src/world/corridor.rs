@@ -1,5 +1,5 @@
 //! Thrun's corridor, ready to be driven: the world of `configs/worlds/thrun1998.toml`, which is part of the program, with
-//! sonars alone and nobody about. What is known of it and what is assumed: `docs/worlds/thrun1998.md`.
+//! sonars alone and no people. What is known of it and what is assumed: `docs/worlds/thrun1998.md`.
 
 use super::{
     Building,

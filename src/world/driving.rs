@@ -56,7 +56,7 @@ impl<'a> RouteWay<'a> {
     pub(super) fn draw(
         seed: Seed,
         run: u64,
-        (there, reverse): (&'a Route, &'a Route),
+        (outward, reverse): (&'a Route, &'a Route),
         back: bool,
         laps: f64,
         config: &RobotConfig,
@@ -64,15 +64,15 @@ impl<'a> RouteWay<'a> {
         let mut path = seed.numbered_stream("world/robot/path", run);
         let wander = Wander::draw(config, &mut path);
         let start_m = path.random::<f64>() * config.start_scatter_m;
-        let route = if back { reverse } else { there };
+        let route = if back { reverse } else { outward };
         let end_m = if route.is_closed() {
             start_m + laps * route.length_m()
         } else {
             route.length_m()
         };
         let mirror_m = match route.is_closed() {
-            true => there.first_straight_m(),
-            false => there.length_m(),
+            true => outward.first_straight_m(),
+            false => outward.length_m(),
         };
         Self {
             route,

@@ -1,8 +1,8 @@
-//! A ring of infrared sensors: ranges told from how much light comes back, so a dark wall seems farther.
+//! A ring of infrared sensors: ranges derived from how much light comes back, so a dark wall seems farther.
 
-use super::Surroundings;
+use super::{Surroundings, bounds::Bounds};
 use crate::{
-    error::{Error, Result},
+    error::Result,
     geometry::{Pose, wrapped},
     recording::Channel,
 };
@@ -68,37 +68,29 @@ impl InfraredConfig {
     /// # Errors
     /// A usage error that names the first one out of bounds.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, value: f64, expected: &str| {
-            Err(Error::usage(format!(
-                "infrared: `{key}` is {value}; expected {expected}"
-            )))
-        };
+        let bounds = Bounds("infrared");
         for (key, count) in [("beams", self.beams), ("rays", self.rays)] {
             if !(1..=MOST).contains(&count) {
-                return wrong(key, count as f64, &format!("1 to {MOST}"));
+                return bounds.wrong(key, count as f64, &format!("1 to {MOST}"));
             }
         }
         // Short of a half circle: a ray along the wall would meet it nowhere.
         if !(self.opening_rad >= 0.0 && self.opening_rad < PI) {
-            return wrong("opening_rad", self.opening_rad, "0 to less than π");
+            return bounds.wrong("opening_rad", self.opening_rad, "0 to less than π");
         }
         if !(self.calibrated_to > 0.0 && self.calibrated_to <= 1.0) {
-            return wrong("calibrated_to", self.calibrated_to, "above 0, up to 1");
+            return bounds.wrong("calibrated_to", self.calibrated_to, "above 0, up to 1");
         }
-        for (key, value) in [
+        bounds.not_negative(&[
             ("ring_radius_m", self.ring_radius_m),
             ("height_m", self.height_m),
             ("minimum_m", self.minimum_m),
             ("gain_sd", self.gain_sd),
             ("stray_sd", self.stray_sd),
             ("resolution_m", self.resolution_m),
-        ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return wrong(key, value, "0 or more");
-            }
-        }
+        ])?;
         if !(self.maximum_m > self.minimum_m && self.maximum_m.is_finite()) {
-            return wrong("maximum_m", self.maximum_m, "more than `minimum_m`");
+            return bounds.wrong("maximum_m", self.maximum_m, "more than `minimum_m`");
         }
         Ok(())
     }
@@ -188,7 +180,7 @@ impl Infrared {
         let c = &self.config;
         let axis_rad = pose.heading_rad + self.bearing_rad(beam);
         let sensor = Point2::new(pose.x_m, pose.y_m) + unit(axis_rad) * c.ring_radius_m;
-        // From three times the maximum less than a sixth of what is told from nothing comes back, off white too.
+        // From three times the maximum less than a sixth of what differs from nothing comes back, off white too.
         let reach_m = 3.0 * c.maximum_m;
         let returned = (0..c.rays).map(|ray| {
             let direction = unit(axis_rad + c.aside_rad(ray));

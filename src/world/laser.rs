@@ -1,8 +1,8 @@
 //! A laser range-finder: a fan of thin beams in one plane.
 
-use super::{Surroundings, Wall};
+use super::{Surroundings, Wall, bounds::Bounds};
 use crate::{
-    error::{Error, Result},
+    error::Result,
     geometry::{Displacement, Pose, wrapped},
     recording::Channel,
 };
@@ -77,44 +77,32 @@ impl LaserConfig {
     /// # Errors
     /// A usage error that names the first one out of bounds.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, value: f64, expected: &str| {
-            Err(Error::usage(format!(
-                "laser: `{key}` is {value}; expected {expected}"
-            )))
-        };
+        let bounds = Bounds("laser");
         if !(1..=MOST).contains(&self.beams) {
-            return wrong("beams", self.beams as f64, &format!("1 to {MOST}"));
+            return bounds.wrong("beams", self.beams as f64, &format!("1 to {MOST}"));
         }
         if !(self.field_of_view_rad > 0.0 && self.field_of_view_rad <= TAU) {
             let expected = "above 0, up to 2π";
-            return wrong("field_of_view_rad", self.field_of_view_rad, expected);
+            return bounds.wrong("field_of_view_rad", self.field_of_view_rad, expected);
         }
         if !self.ahead_m.is_finite() {
-            return wrong("ahead_m", self.ahead_m, "metres");
+            return bounds.wrong("ahead_m", self.ahead_m, "metres");
         }
-        for (key, value) in [
+        bounds.not_negative(&[
             ("height_m", self.height_m),
             ("minimum_m", self.minimum_m),
             ("noise_m", self.noise_m),
             ("noise_per_m", self.noise_per_m),
             ("resolution_m", self.resolution_m),
-        ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return wrong(key, value, "0 or more");
-            }
-        }
+        ])?;
         if !(self.maximum_m > self.minimum_m && self.maximum_m.is_finite()) {
-            return wrong("maximum_m", self.maximum_m, "more than `minimum_m`");
+            return bounds.wrong("maximum_m", self.maximum_m, "more than `minimum_m`");
         }
-        for (key, value) in [
+        bounds.shares(&[
             ("clear_below", self.clear_below),
             ("short_probability", self.short_probability),
             ("lost_probability", self.lost_probability),
-        ] {
-            if !(0.0..=1.0).contains(&value) {
-                return wrong(key, value, "0 to 1");
-            }
-        }
+        ])?;
         Ok(())
     }
 }
@@ -207,14 +195,14 @@ impl Laser {
     /// What the scanner reports of a range.
     fn corrupted(&self, range_m: Option<f64>, random: &mut impl Rng) -> Option<f64> {
         let c = &self.config;
-        // The same three draws for every reading, so that one reading's fate never shifts the next one's.
-        let (fate, place): (f64, f64) = (random.random(), random.random());
+        // The same three draws for every reading, so that what happens to one reading never shifts the next one's.
+        let (outcome, place): (f64, f64) = (random.random(), random.random());
         let normal: f64 = random.sample(StandardNormal);
-        if fate < c.short_probability {
+        if outcome < c.short_probability {
             let until_m = range_m.unwrap_or(c.maximum_m).max(c.minimum_m);
             return Some(c.minimum_m + place * (until_m - c.minimum_m));
         }
-        if fate >= 1.0 - c.lost_probability {
+        if outcome >= 1.0 - c.lost_probability {
             return None;
         }
         let range_m = range_m?;

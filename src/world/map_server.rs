@@ -107,8 +107,8 @@ impl MapConfig {
         let text = String::from_utf8(read_ordinary(file)?)
             .map_err(|_| Error::file(file, "not UTF-8 text; expected a map's YAML"))?;
         let config: Self = serde_saphyr::from_str(&text).map_err(|e| {
-            let told = e.to_string();
-            let first = told.lines().next().unwrap_or("no YAML");
+            let message = e.to_string();
+            let first = message.lines().next().unwrap_or("no YAML");
             let first = first.trim().trim_start_matches("error: ");
             Error::file(file, format!("{first}; expected a map_server map"))
         })?;
@@ -189,7 +189,7 @@ impl MapConfig {
 /// A file's bytes; not those of a device or a pipe, which need never end.
 fn read_ordinary(file: &Path) -> Result<Vec<u8>> {
     match std::fs::metadata(file) {
-        Ok(told) if !told.is_file() && !told.is_dir() => {
+        Ok(metadata) if !metadata.is_file() && !metadata.is_dir() => {
             Err(Error::file(file, "is no ordinary file; expected one"))
         }
         _ => storage::read_file(file),
@@ -206,20 +206,20 @@ fn picture(file: &Path) -> Result<DynamicImage> {
     let mut limits = Limits::default();
     limits.max_alloc = Some(MOST_BYTES);
     reader.limits(limits);
-    let told = |e: image::ImageError| {
-        let told = e.to_string().replace('\n', " ");
-        wrong(told)
+    let undecodable = |e: image::ImageError| {
+        let fault = e.to_string().replace('\n', " ");
+        wrong(fault)
     };
     let size = ImageReader::new(Cursor::new(&bytes))
         .with_guessed_format()
         .map_err(|e| wrong(e.to_string()))?
         .into_dimensions()
-        .map_err(told)?;
+        .map_err(undecodable)?;
     if u64::from(size.0) * u64::from(size.1) > MOST_CELLS {
         return Err(wrong(format!(
             "{} × {} cells, more than {MOST_CELLS}",
             size.0, size.1
         )));
     }
-    reader.decode().map_err(told)
+    reader.decode().map_err(undecodable)
 }

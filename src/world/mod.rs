@@ -8,6 +8,7 @@
 //! run after run and records; [`corridor`] is Thrun's 89 metres. [`ExpectedRanges`] turn it round: what a robot with
 //! the plan expects to measure.
 
+mod bounds;
 pub mod building;
 pub mod camera;
 pub mod compass;

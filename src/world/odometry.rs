@@ -156,14 +156,14 @@ impl DeadReckoning {
                     let drifted_rad = wrapped(turret_error_rad - last.turret_error_rad) / 2.0;
                     from.heading_rad = wrapped(from.heading_rad - drifted_rad);
                 }
-                let mut there = from.after(self.measured(step, random));
+                let mut reached = from.after(self.measured(step, random));
                 // The body's faults keep their direction in the building, however far the wheels' heading is off.
                 let astray_rad = last.reckoned.heading_rad - last.truth.heading_rad;
                 let frame_rad = if by_compass { 0.0 } else { astray_rad };
                 let crept = Rotation2::new(frame_rad) * self.creep * step.distance_m();
-                there.x_m += crept.x;
-                there.y_m += crept.y;
-                there
+                reached.x_m += crept.x;
+                reached.y_m += crept.y;
+                reached
             }
         };
         if by_compass {

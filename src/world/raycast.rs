@@ -152,7 +152,7 @@ impl Raycaster {
         })
     }
 
-    /// Goes through the cells that a ray passes, up to `reach_m`, until `at_cell` breaks off; it is told the walls that
+    /// Goes through the cells that a ray passes, up to `reach_m`, until `at_cell` breaks off; it is given the walls that
     /// touch the cell, and how far along the ray the cell ends.
     #[inline]
     fn walk(

@@ -1,10 +1,7 @@
 //! A robot as it drives and dead-reckons, and where it stops for a snapshot.
 
-use super::OdometryConfig;
-use crate::{
-    error::{Error, Result},
-    geometry::Pose,
-};
+use super::{OdometryConfig, bounds::Bounds};
+use crate::{error::Result, geometry::Pose};
 use serde::{Deserialize, Serialize};
 
 /// How the robot drives and dead-reckons. Its speed is that of Thrun 1998, 5.1.2; the rest is assumed for a B21 with
@@ -61,44 +58,25 @@ impl RobotConfig {
     /// # Errors
     /// A usage error that names the first one out of bounds.
     pub fn check(&self) -> Result<()> {
-        let positive = [
+        let bounds = Bounds("robot");
+        bounds.positive(&[
             ("radius_m", self.radius_m),
             ("speed_m_per_s", self.speed_m_per_s),
             ("lateral_limit_m", self.lateral_limit_m),
-        ];
-        let not_negative = [
+        ])?;
+        bounds.not_negative(&[
             ("lateral_sd_m", self.lateral_sd_m),
             ("heading_sd_rad", self.heading_sd_rad),
             ("start_scatter_m", self.start_scatter_m),
-        ];
-        let bad = positive
-            .iter()
-            .find(|(_, value)| !(*value > 0.0 && value.is_finite()));
-        if let Some((key, value)) = bad {
-            return Err(Error::usage(format!(
-                "robot: `{key}` is {value}; expected more than 0"
-            )));
-        }
-        let bad = not_negative
-            .iter()
-            .find(|(_, value)| !(*value >= 0.0 && value.is_finite()));
-        if let Some((key, value)) = bad {
-            return Err(Error::usage(format!(
-                "robot: `{key}` is {value}; expected 0 or more"
-            )));
-        }
+        ])?;
         // Slower, a second's time is no step at all; a start farther off is none on any way.
         if self.speed_m_per_s < 1e-3 {
-            return Err(Error::usage(format!(
-                "robot: `speed_m_per_s` is {:e}; expected 0.001 or more",
-                self.speed_m_per_s
-            )));
+            let speed = format!("{:e}", self.speed_m_per_s);
+            return bounds.wrong("speed_m_per_s", speed, "0.001 or more");
         }
         if self.start_scatter_m > 1e3 {
-            return Err(Error::usage(format!(
-                "robot: `start_scatter_m` is {:e}; expected up to 1000",
-                self.start_scatter_m
-            )));
+            let scatter = format!("{:e}", self.start_scatter_m);
+            return bounds.wrong("start_scatter_m", scatter, "up to 1000");
         }
         self.odometry.check()
     }

@@ -72,7 +72,7 @@ pub struct RunScene {
     pub floor: Material,
     /// What the ceiling is made of.
     pub ceiling: Material,
-    /// Doors across the way, there but for the times when somebody opens them; not part of the plan.
+    /// Fire doors across the way, shut except while a person goes through; not part of the plan.
     pub fire_doors: Vec<Wall>,
 }
 

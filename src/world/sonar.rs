@@ -53,12 +53,12 @@ pub struct Sonar {
     pulse_times_s: Option<Vec<f64>>,
 }
 
-/// What chance has in store for one reading: the same four draws for each, so that one reading's fate never shifts the
+/// The random numbers of one reading: the same four draws for each, so that what happens to one reading never shifts the
 /// next one's.
 #[derive(Debug, Clone, Copy)]
 struct Chance {
     aside_normal: f64,
-    fate: f64,
+    outcome: f64,
     place: f64,
     range_normal: f64,
 }
@@ -66,11 +66,11 @@ struct Chance {
 impl Chance {
     fn draw(random: &mut impl Rng) -> Self {
         let aside_normal = random.sample(StandardNormal);
-        let (fate, place): (f64, f64) = (random.random(), random.random());
+        let (outcome, place): (f64, f64) = (random.random(), random.random());
         let range_normal = random.sample(StandardNormal);
         Self {
             aside_normal,
-            fate,
+            outcome,
             place,
             range_normal,
         }
@@ -179,11 +179,11 @@ impl Sonar {
         let seeming =
             speed_of_sound_m_per_s(c.calibrated_celsius) / speed_of_sound_m_per_s(c.air_celsius);
         let echo_m = echo_m.map(|metres| metres * seeming);
-        if chance.fate < c.short_probability {
+        if chance.outcome < c.short_probability {
             let range_m = echo_m.unwrap_or(c.maximum_m).max(c.minimum_m);
             return Some(c.minimum_m + chance.place * (range_m - c.minimum_m));
         }
-        if chance.fate >= 1.0 - c.lost_probability {
+        if chance.outcome >= 1.0 - c.lost_probability {
             return None;
         }
         let range_m = echo_m?;

@@ -1,4 +1,4 @@
-//! What surrounds a robot at one moment: the walls of its floor plan, and whoever or whatever is passing.
+//! What surrounds a robot at one moment: the walls of its floor plan, and the people and doors that move.
 
 use super::{Hit, Raycaster, Wall};
 use nalgebra::{Point2, Vector2};

@@ -141,8 +141,8 @@ mod tests {
             pose: Pose::default(),
         };
         for path in [vec![], vec![at(1.0), at(0.0)], vec![at(f64::NAN)]] {
-            let told = turret_headings(&compass, &path, &mut Seed(1).stream("turret"));
-            assert!(told.unwrap_err().to_string().contains("turret"));
+            let result = turret_headings(&compass, &path, &mut Seed(1).stream("turret"));
+            assert!(result.unwrap_err().to_string().contains("turret"));
         }
     }
 }

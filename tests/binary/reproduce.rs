@@ -7,7 +7,12 @@ fn the_papers_figures_stand_beside_ours() {
     let place = Workplace::new();
     let told = place.ballmark(&["reproduce", "duckett1998", "--toy", "--out", "r"]);
     let text = &told.done().stdout;
-    for part in ["EBL distance (m) for U = 0.9", "paper", "here", "13.6"] {
+    for part in [
+        "evidence-based localisation: distance to U = 0.9 (m)",
+        "paper",
+        "here",
+        "13.6",
+    ] {
         assert!(text.contains(part), "`{part}` is missing in: {text}");
     }
     let table = std::fs::read_to_string(place.path("r/paper_tables_1_2.csv")).unwrap();

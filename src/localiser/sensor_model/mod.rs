@@ -45,7 +45,7 @@ pub mod learned;
 
 pub use compass::Compass;
 pub use independent::Independent;
-pub use kernel::{PreparedKernel, RawKernel};
+pub use kernel::{PreparedKernel, RawKernel, least_mean_squares};
 pub use learned::{LearnedFeatures, PreparedFeatures};
 
 use crate::{

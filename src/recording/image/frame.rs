@@ -1,4 +1,4 @@
-//! A picture file as a camera frame: whatever is wrong with it is told, and it can't ask for all the memory there is.
+//! A picture file as a camera frame: whatever is wrong with it is an error, and its size is bounded before it is decoded.
 
 use super::Image;
 use crate::storage;
@@ -98,12 +98,12 @@ mod tests {
             (declaring(60_000, 60_000), "declares 60000 × 60000"),
             (declaring(u32::MAX, u32::MAX), "expected"),
         ] {
-            let told = decoded(&file).unwrap_err();
+            let message = decoded(&file).unwrap_err();
             assert!(
-                told.contains(part) && !told.contains('\n'),
-                "{part}: {told}"
+                message.contains(part) && !message.contains('\n'),
+                "{part}: {message}"
             );
-            assert!(told.contains("expected"), "{told}");
+            assert!(message.contains("expected"), "{message}");
         }
     }
 

@@ -79,8 +79,8 @@ impl Image {
         if (rows, columns) == (self.rows, self.columns) {
             return self.clone();
         }
-        let covered = |index: usize, of: usize, all: usize| {
-            let (first, end) = (index * all / of, (index + 1) * all / of);
+        let covered = |index: usize, parts: usize, all: usize| {
+            let (first, end) = (index * all / parts, (index + 1) * all / parts);
             first..end.max(first + 1)
         };
         let mut rgb = Vec::with_capacity(3 * rows * columns);
@@ -142,8 +142,8 @@ mod tests {
     #[test]
     fn values_that_fit_no_shape_are_told() {
         for (rows, columns, values) in [(0, 0, 0), (2, 2, 11), (usize::MAX, 2, 12)] {
-            let told = Image::new(rows, columns, vec![0; values]).unwrap_err();
-            assert!(told.to_string().contains("three a pixel"), "{told}");
+            let error = Image::new(rows, columns, vec![0; values]).unwrap_err();
+            assert!(error.to_string().contains("three a pixel"), "{error}");
         }
     }
 

@@ -18,7 +18,7 @@ pub(super) struct Meta {
     pub sha256: Option<String>,
 }
 
-/// What is told of a channel besides its name.
+/// What the file says of a channel besides its name.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Described {
     #[serde(default)]

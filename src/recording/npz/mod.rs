@@ -29,7 +29,7 @@ use meta::{Channels, Meta};
 use ndarray::{Array1, Array2, Axis};
 use std::{io, path::Path};
 
-/// What a file that is to be a dataset is told to be.
+/// What a dataset's file is expected to be, for messages.
 const EXPECTED: &str = "a dataset such as `ballmark import` writes";
 
 /// Names that mean something else than a channel.

@@ -204,7 +204,7 @@ fn viewpoint(channel: &Channel) -> Result<Option<Viewpoint>> {
         .map_err(|e| Error::work(format!("channel `{}`: {e}", channel.name)))
 }
 
-/// A direction of travel is told from places at least so far apart, in metres: poses of a log tremble.
+/// A direction of travel is taken from places at least so far apart, in metres: poses of a log tremble.
 const TRAVELLED_M: f64 = 0.1;
 
 /// Direction of travel at every snapshot, from the snapshots of its run around it; straight ahead where the robot never

@@ -129,8 +129,8 @@ impl Viewpoint {
             return Err(Error::work("bearings: none; expected one a beam"));
         }
         if let Some(beam) = bearing_rad.iter().position(|b| !b.is_finite()) {
-            let told = format!("bearings: that of beam {beam} is not a finite number");
-            return Err(Error::work(told));
+            let message = format!("bearings: that of beam {beam} is not a finite number");
+            return Err(Error::work(message));
         }
         let mut beams: Vec<Beam> = bearing_rad
             .iter()
@@ -168,7 +168,7 @@ impl Viewpoint {
     }
 
     /// The scan `ranges` (metres, NaN = no return, one a beam in the order of the bearings) as the sensor would have had
-    /// it after `step`, told in its own frame. `out` gets one range a beam at the same bearings, NaN = no return.
+    /// it after `step`, given in its own frame. `out` gets one range a beam at the same bearings, NaN = no return.
     ///
     /// # Panics
     /// Where `ranges` or `out` has another length than there are beams: a slip of the caller, never of the data.

@@ -99,8 +99,8 @@ fn draws_repeat_themselves_and_have_the_deviations_asked_for() {
     let c = one_thread.unwrap().install(drawn).unwrap();
     assert_eq!(a.values(), c.values());
     let steps = Moves::default().draw(5000, &mut Seed(4).stream("moved views"));
-    let deviation = |of: fn(&Displacement) -> f64| {
-        (steps.iter().map(|s| of(s).powi(2)).sum::<f64>() / 5000.0).sqrt()
+    let deviation = |component: fn(&Displacement) -> f64| {
+        (steps.iter().map(|s| component(s).powi(2)).sum::<f64>() / 5000.0).sqrt()
     };
     assert!((deviation(|s| s.forward_m) - 0.2).abs() < 0.01);
     assert!((deviation(|s| s.left_m) - 0.2).abs() < 0.01);

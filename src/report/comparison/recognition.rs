@@ -102,14 +102,14 @@ fn tests(record: &ComparisonRecord) -> Table {
     for row in &systems {
         let mut cells = vec![Cell::Text(name(row))];
         cells.extend(systems.iter().map(|column| {
-            let of = |a: usize, b: usize| find(record, a, b);
+            let test = |a: usize, b: usize| find(record, a, b);
             match row.cmp(column) {
                 std::cmp::Ordering::Less => {
-                    Cell::number(of(*row, *column).and_then(|test| test.p), 3)
+                    Cell::number(test(*row, *column).and_then(|test| test.p), 3)
                 }
                 std::cmp::Ordering::Equal => Cell::Missing,
                 std::cmp::Ordering::Greater => {
-                    Cell::number(of(*column, *row).and_then(|test| test.p_holm), 3)
+                    Cell::number(test(*column, *row).and_then(|test| test.p_holm), 3)
                 }
             }
         }));

@@ -74,9 +74,9 @@ fn fewest_bins_come_first_and_then_the_greatest_entropy() {
 #[test]
 fn a_block_of_squares_is_found_at_any_angle() {
     // 3 × 2 squares of 2 m, nine points in each, the outermost 1 cm from the edges.
-    let of = |square: u32, step: u32| 2.0 * f64::from(square) + 0.01 + 0.99 * f64::from(step);
+    let place_m = |square: u32, step: u32| 2.0 * f64::from(square) + 0.01 + 0.99 * f64::from(step);
     let block: Vec<[f64; 2]> = (0..54)
-        .map(|k| [of(k / 18, k % 3), of(k / 9 % 2, k / 3 % 3)])
+        .map(|k| [place_m(k / 18, k % 3), place_m(k / 9 % 2, k / 3 % 3)])
         .collect();
     for degrees in [0.0, 17.0, 45.0, 62.0, 90.0, 203.0] {
         let binning = Binning::search(&turned(&block, degrees), 2.0).unwrap();
@@ -90,13 +90,13 @@ fn the_figures_do_not_depend_on_where_the_map_has_its_axes() {
     let points = wandering(150);
     let here = Binning::search(&points, 2.0).unwrap();
     for degrees in [1.0, 45.0, 90.0, 180.0, 303.0] {
-        let there: Vec<[f64; 2]> = turned(&points, degrees)
+        let turned_points: Vec<[f64; 2]> = turned(&points, degrees)
             .iter()
             .map(|[x, y]| [x + 8_000.0, y - 300.0])
             .collect();
-        let there = Binning::search(&there, 2.0).unwrap();
-        assert_eq!(there.bins(), here.bins(), "{degrees}");
-        assert!((there.entropy() - here.entropy()).abs() < 1e-9, "{degrees}");
+        let again = Binning::search(&turned_points, 2.0).unwrap();
+        assert_eq!(again.bins(), here.bins(), "{degrees}");
+        assert!((again.entropy() - here.entropy()).abs() < 1e-9, "{degrees}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! A world's file as it stands.
+//! The keys of a world's file.
 
 use super::{
     furnishing::{FireDoorConfig, LightConfig, ThingConfig},
@@ -10,13 +10,13 @@ use crate::{error::Result, toml_file::TomlFile, world::PeopleConfig};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// A world's file, as it stands.
+/// The keys of a world's file.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldConfig {
     /// Its name.
     pub name: String,
-    /// What it is made after, in words.
+    /// The real building or paper it is modelled on, in words.
     #[serde(default)]
     pub source: String,
     /// Materials by name.
@@ -34,7 +34,7 @@ pub struct WorldConfig {
     /// Lamps in the ceiling.
     #[serde(default)]
     pub light: Vec<LightConfig>,
-    /// Doors that are shut but for seconds.
+    /// Fire doors, which are shut except for seconds.
     #[serde(default)]
     pub fire_door: Vec<FireDoorConfig>,
     /// Keys of [`crate::world::RobotConfig`], and `kind` and `turret_north`.
@@ -59,7 +59,7 @@ pub struct WorldConfig {
     /// Sets of runs that differ.
     #[serde(default)]
     pub set: Vec<SetConfig>,
-    /// Who walks about.
+    /// People that walk about.
     pub people: Option<PeopleConfig>,
 }
 

@@ -64,60 +64,65 @@ pub(super) fn fixtures(
     let wood = materials.named("wood", place)?;
     let steel = materials.named("steel", place)?;
     let glass = materials.named("glass", place)?;
-    for told in &config.door {
-        let place = format!("{place}: door at {} m", told.at_m);
+    for entry in &config.door {
+        let place = format!("{place}: door at {} m", entry.at_m);
         let door = Door {
-            open: told.open,
-            opened_rad: told.opened_deg.map(f64::to_radians),
-            setback_m: told.setback_m,
+            open: entry.open,
+            opened_rad: entry.opened_deg.map(f64::to_radians),
+            setback_m: entry.setback_m,
             room: Room {
                 before_m: 0.0,
                 after_m: 0.0,
-                depth_m: told.room_depth_m,
+                depth_m: entry.room_depth_m,
             },
-            leaf: materials.named_or(told.leaf.as_ref(), wood, &place)?,
-            frame: materials.named_or(told.frame.as_ref(), steel, &place)?,
-            shut_while_mapping: told.shut_while_mapping,
+            leaf: materials.named_or(entry.leaf.as_ref(), wood, &place)?,
+            frame: materials.named_or(entry.frame.as_ref(), steel, &place)?,
+            shut_while_mapping: entry.shut_while_mapping,
         };
-        told.check(&place)?;
-        add("door", told.at_m, told.width_m, What::Door(Box::new(door)));
+        entry.check(&place)?;
+        add(
+            "door",
+            entry.at_m,
+            entry.width_m,
+            What::Door(Box::new(door)),
+        );
     }
-    for told in &config.window {
-        let place = format!("{place}: window at {} m", told.at_m);
-        upwards(told.sill_m, told.head_m, ["sill_m", "head_m"], &place)?;
-        within(told.depth_m, "depth_m", 0.0..=100.0, &place)?;
+    for entry in &config.window {
+        let place = format!("{place}: window at {} m", entry.at_m);
+        upwards(entry.sill_m, entry.head_m, ["sill_m", "head_m"], &place)?;
+        within(entry.depth_m, "depth_m", 0.0..=100.0, &place)?;
         let what = What::Box {
-            depth_m: told.depth_m,
-            back: materials.named_or(told.pane.as_ref(), glass, &place)?,
+            depth_m: entry.depth_m,
+            back: materials.named_or(entry.pane.as_ref(), glass, &place)?,
             side: own,
-            low_m: told.sill_m,
-            high_m: told.head_m,
+            low_m: entry.sill_m,
+            high_m: entry.head_m,
         };
-        add("window", told.at_m, told.width_m, what);
+        add("window", entry.at_m, entry.width_m, what);
     }
-    for told in &config.niche {
-        let place = format!("{place}: niche at {} m", told.at_m);
-        let high_m = told.high_m.unwrap_or(f64::INFINITY);
-        upwards(told.low_m, high_m, ["low_m", "high_m"], &place)?;
-        within(told.depth_m, "depth_m", -100.0..=100.0, &place)?;
-        let back = materials.named_or(told.back.as_ref(), own, &place)?;
+    for entry in &config.niche {
+        let place = format!("{place}: niche at {} m", entry.at_m);
+        let high_m = entry.high_m.unwrap_or(f64::INFINITY);
+        upwards(entry.low_m, high_m, ["low_m", "high_m"], &place)?;
+        within(entry.depth_m, "depth_m", -100.0..=100.0, &place)?;
+        let back = materials.named_or(entry.back.as_ref(), own, &place)?;
         let what = What::Box {
-            depth_m: told.depth_m,
+            depth_m: entry.depth_m,
             back,
-            side: if told.depth_m < 0.0 { back } else { own },
-            low_m: told.low_m,
+            side: if entry.depth_m < 0.0 { back } else { own },
+            low_m: entry.low_m,
             high_m,
         };
-        add("niche", told.at_m, told.width_m, what);
+        add("niche", entry.at_m, entry.width_m, what);
     }
-    for told in &config.hallway {
-        let place = format!("{place}: hallway at {} m", told.at_m);
-        within(told.depth_m, "depth_m", 0.01..=1000.0, &place)?;
-        let depth_m = told.depth_m;
+    for entry in &config.hallway {
+        let place = format!("{place}: hallway at {} m", entry.at_m);
+        within(entry.depth_m, "depth_m", 0.01..=1000.0, &place)?;
+        let depth_m = entry.depth_m;
         add(
             "hallway",
-            told.at_m,
-            told.width_m,
+            entry.at_m,
+            entry.width_m,
             What::Hallway { depth_m },
         );
     }

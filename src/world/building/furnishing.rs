@@ -53,7 +53,7 @@ pub struct LightConfig {
     pub lit: bool,
 }
 
-/// A door that is shut but for the seconds that somebody opens it.
+/// A door that is shut except for the seconds while a person goes through.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FireDoorConfig {
@@ -96,29 +96,29 @@ pub(super) struct Thing {
 }
 
 impl Thing {
-    pub(super) fn new(told: &ThingConfig, number: usize, materials: &Materials) -> Result<Self> {
+    pub(super) fn new(config: &ThingConfig, number: usize, materials: &Materials) -> Result<Self> {
         let place = format!("[[thing]] {number}");
-        place_within(told.at, "at", &place)?;
-        within(told.radius_m, "radius_m", 0.001..=1000.0, &place)?;
-        let height_m = told.height_m.unwrap_or(f64::INFINITY);
+        place_within(config.at, "at", &place)?;
+        within(config.radius_m, "radius_m", 0.001..=1000.0, &place)?;
+        let height_m = config.height_m.unwrap_or(f64::INFINITY);
         if height_m.is_nan() || height_m <= 0.0 {
             return Err(Error::usage(format!(
                 "{place}: `height_m` is {height_m}; expected more than 0"
             )));
         }
-        within(told.moved_sd_m, "moved_sd_m", 0.0..=1000.0, &place)?;
-        let turned_deg = told.moved_deg.unwrap_or(0.0);
+        within(config.moved_sd_m, "moved_sd_m", 0.0..=1000.0, &place)?;
+        let turned_deg = config.moved_deg.unwrap_or(0.0);
         within(turned_deg, "moved_deg", -3600.0..=3600.0, &place)?;
-        within(told.present, "present", 0.0..=1.0, &place)?;
+        within(config.present, "present", 0.0..=1.0, &place)?;
         let plastic = materials.named("plastic", &place)?;
         Ok(Self {
-            at: told.at.into(),
-            radius_m: told.radius_m,
+            at: config.at.into(),
+            radius_m: config.radius_m,
             height_m,
-            material: materials.named_or(told.material.as_ref(), plastic, &place)?,
-            moved_sd_m: told.moved_sd_m,
-            moved_rad: told.moved_deg.map(f64::to_radians),
-            present: told.present,
+            material: materials.named_or(config.material.as_ref(), plastic, &place)?,
+            moved_sd_m: config.moved_sd_m,
+            moved_rad: config.moved_deg.map(f64::to_radians),
+            present: config.present,
         })
     }
 

@@ -70,7 +70,7 @@ pub(crate) enum Journey {
     /// Along a route and along its reverse.
     Route {
         /// There.
-        there: Route,
+        outward: Route,
         /// And back.
         back: Route,
     },
@@ -173,8 +173,8 @@ impl PathConfig {
         }
         match self.follow {
             Follow::Route => {
-                let told = |fault: Error| Error::usage(format!("{place}: {fault}"));
-                let of = |corners: &[Point2<f64>]| match self.closed {
+                let in_place = |fault: Error| Error::usage(format!("{place}: {fault}"));
+                let route = |corners: &[Point2<f64>]| match self.closed {
                     true => Route::around(corners, self.bend_radius_m),
                     false => Route::new(corners, self.bend_radius_m),
                 };
@@ -185,8 +185,8 @@ impl PathConfig {
                     reversed.rotate_left(corners.len().saturating_sub(2));
                 }
                 Ok(Journey::Route {
-                    there: of(&corners).map_err(told)?,
-                    back: of(&reversed).map_err(told)?,
+                    outward: route(&corners).map_err(in_place)?,
+                    back: route(&reversed).map_err(in_place)?,
                 })
             }
             Follow::Wall => {
@@ -238,7 +238,7 @@ pub(super) fn check_laps(laps: f64, place: &str) -> Result<()> {
     )))
 }
 
-/// Number of runs and spacing of one set; `set` stands before `record` where it says something.
+/// Number of runs and spacing of one set; a key of `set` overrides that of `record`.
 pub(super) fn runs_and_spacing(
     record: &RecordConfig,
     set: Option<&SetConfig>,
@@ -254,7 +254,7 @@ pub(super) fn runs_and_spacing(
     if !(1..=MOST_RUNS).contains(&runs) {
         return wrong(format!("`runs` is {runs}; expected 1 to {MOST_RUNS}"));
     }
-    // A set that says how often a snapshot is taken stands before all that `record` says of it.
+    // A set that says how often a snapshot is taken overrides all keys of `record` about it.
     let says = |e_m: Option<f64>, e_s: Option<f64>, n: Option<usize>| {
         e_m.is_some() || e_s.is_some() || n.is_some()
     };

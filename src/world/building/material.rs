@@ -34,12 +34,12 @@ pub(super) struct Materials(BTreeMap<String, Material>);
 
 impl Materials {
     /// Checks the file's materials and adds the built-in ones.
-    pub(super) fn new(told: &BTreeMap<String, MaterialConfig>) -> Result<Self> {
+    pub(super) fn new(configs: &BTreeMap<String, MaterialConfig>) -> Result<Self> {
         let mut all: BTreeMap<String, Material> = built_in()
             .into_iter()
             .map(|(name, material)| (name.to_string(), material))
             .collect();
-        for (name, config) in told {
+        for (name, config) in configs {
             let base = all.get(name).copied().unwrap_or(Material::PLAIN);
             let material = config.over(base);
             material

@@ -1,7 +1,7 @@
 //! Buildings and robots from files: one TOML a world.
 //!
-//! [`WorldConfig`] is the file as it stands; [`Building`] is what it says, checked: every name known, every number
-//! within its bounds, nothing left to go wrong but the driving itself. Lengths are metres, angles degrees where the key
+//! [`WorldConfig`] holds the file's keys; [`Building`] is the world they describe, checked: every name is known and every
+//! number within its bounds. Lengths are metres, angles degrees where the key
 //! ends in `_deg` (radians where it ends in `_rad`). An unknown key is an error.
 
 mod config;
@@ -107,33 +107,38 @@ impl Building {
     ///
     /// # Errors
     /// A usage error that names the table, the key, the fault and what was expected; for a map's file as its reader
-    /// tells it.
+    /// says it.
     pub fn new(config: &WorldConfig, folder: Option<&Path>) -> Result<Self> {
         if config.name.is_empty() {
             return Err(Error::usage("`name` is empty; expected the world's name"));
         }
         let materials = Materials::new(&config.materials)?;
-        let told = &config.building;
+        let building = &config.building;
         let place = "[building]";
-        within(told.ceiling_m, "ceiling_m", 0.1..=1000.0, place)?;
-        within(told.illumination_sd, "illumination_sd", 0.0..=1.0, place)?;
-        let [dim, bright] = told.daylight;
+        within(building.ceiling_m, "ceiling_m", 0.1..=1000.0, place)?;
+        within(
+            building.illumination_sd,
+            "illumination_sd",
+            0.0..=1.0,
+            place,
+        )?;
+        let [dim, bright] = building.daylight;
         if !(0.0 <= dim && dim <= bright && bright <= 1.0) {
             return Err(Error::usage(format!(
                 "{place}: `daylight` is [{dim}, {bright}]; expected a range within 0 to 1"
             )));
         }
-        let wall = materials.named(&told.wall, place)?;
+        let wall = materials.named(&building.wall, place)?;
         let numbered = |index: usize| index + 1;
         let walls = config.wall.iter().enumerate();
-        let walls = walls.map(|(i, told)| Polyline::new(told, numbered(i), &materials, wall));
+        let walls = walls.map(|(i, entry)| Polyline::new(entry, numbered(i), &materials, wall));
         let things = config.thing.iter().enumerate();
-        let things = things.map(|(i, told)| Thing::new(told, numbered(i), &materials));
+        let things = things.map(|(i, entry)| Thing::new(entry, numbered(i), &materials));
         let lights = config.light.iter().enumerate();
-        let lights = lights.map(|(i, told)| told.light(numbered(i)));
+        let lights = lights.map(|(i, entry)| entry.light(numbered(i)));
         let doors = config.fire_door.iter().enumerate();
-        let doors = doors.map(|(i, told)| told.wall(numbered(i), &materials));
-        let map_walls = match &told.map {
+        let doors = doors.map(|(i, entry)| entry.wall(numbered(i), &materials));
+        let map_walls = match &building.map {
             None => Vec::new(),
             Some(map) => {
                 let Some(folder) = folder else {
@@ -154,10 +159,10 @@ impl Building {
         let sets = sets::of_file(config, &robot)?;
         for camera in sets.iter().filter_map(|set| set.sensors.camera.as_ref()) {
             let height_m = camera.config().height_m;
-            if height_m >= told.ceiling_m {
+            if height_m >= building.ceiling_m {
                 return Err(Error::usage(format!(
                     "[camera]: `height_m` is {height_m}; expected less than the ceiling's {}",
-                    told.ceiling_m
+                    building.ceiling_m
                 )));
             }
         }
@@ -172,11 +177,11 @@ impl Building {
             things: things.collect::<Result<_>>()?,
             lights: lights.collect::<Result<_>>()?,
             fire_doors: doors.collect::<Result<_>>()?,
-            ceiling_m: told.ceiling_m,
-            floor: materials.named(&told.floor, place)?,
-            ceiling: materials.named(&told.ceiling, place)?,
-            illumination_sd: told.illumination_sd,
-            daylight: told.daylight,
+            ceiling_m: building.ceiling_m,
+            floor: materials.named(&building.floor, place)?,
+            ceiling: materials.named(&building.ceiling, place)?,
+            illumination_sd: building.illumination_sd,
+            daylight: building.daylight,
             journey,
             sets,
             robot,
@@ -193,7 +198,7 @@ impl Building {
         &self.name
     }
 
-    /// What it is made after, in words.
+    /// The real building or paper it is modelled on, in words.
     pub fn source(&self) -> &str {
         &self.source
     }
@@ -273,7 +278,7 @@ impl Building {
     }
 }
 
-/// Makes sure that a number lies in a range; the fault is told with its key and its place in the file.
+/// Makes sure that a number lies in a range; the fault names its key and its place in the file.
 fn within(value: f64, key: &str, expected: RangeInclusive<f64>, place: &str) -> Result<()> {
     if expected.contains(&value) {
         return Ok(());

@@ -265,8 +265,8 @@ impl Polyline {
                 self.cavity(leg, fixture, *depth_m, [own; 2], everywhere, walls);
             }
             What::Door(door) => {
-                let (fate, angle): (f64, f64) = (random.random(), random.random());
-                let shut = fate >= door.open || (mapping && door.shut_while_mapping);
+                let (openness, angle): (f64, f64) = (random.random(), random.random());
+                let shut = openness >= door.open || (mapping && door.shut_while_mapping);
                 let [least, most] = door.opened_rad;
                 let opened_rad = least + angle * (most - least);
                 if shut || opened_rad == 0.0 {
@@ -324,12 +324,12 @@ impl Leg {
         for (fixture, free) in self.fixtures.iter_mut().zip(free) {
             let at_m = fixture.at_m + self.start_m;
             if let What::Door(door) = &mut fixture.what {
-                let told = config
+                let door_config = config
                     .door
                     .iter()
-                    .find(|told| (told.at_m - at_m).abs() < 1e-9);
-                door.room.before_m = told.and_then(|d| d.room_before_m).unwrap_or(free[0]);
-                door.room.after_m = told.and_then(|d| d.room_after_m).unwrap_or(free[1]);
+                    .find(|door_config| (door_config.at_m - at_m).abs() < 1e-9);
+                door.room.before_m = door_config.and_then(|d| d.room_before_m).unwrap_or(free[0]);
+                door.room.after_m = door_config.and_then(|d| d.room_after_m).unwrap_or(free[1]);
             }
         }
         Ok(())

@@ -51,7 +51,7 @@ pub(crate) struct Sensors {
 
 /// What the papers state of their robots; all else is as in the defaults.
 fn preset(kind: &str, turret: Option<bool>) -> Result<Option<Robot>> {
-    let of = |config, turret_north, preset| Robot {
+    let robot = |config, turret_north, preset| Robot {
         config,
         turret_north,
         preset,
@@ -71,21 +71,21 @@ fn preset(kind: &str, turret: Option<bool>) -> Result<Option<Robot>> {
                 ..default
             };
             let sensors = SensorTables {
-                sonar: told_as(&SonarConfig::nomad200())?,
-                infrared: told_as(&InfraredConfig::default())?,
-                compass: told_as(&CompassConfig::default())?,
+                sonar: as_value(&SonarConfig::nomad200())?,
+                infrared: as_value(&InfraredConfig::default())?,
+                compass: as_value(&CompassConfig::default())?,
                 ..SensorTables::default()
             };
-            Some(of(config, turret_north, sensors))
+            Some(robot(config, turret_north, sensors))
         }
         // Thrun 1998, 5.1.2 and 5.1.3: 24 sonars and a camera, 15 cm/s.
         "b21" => {
             let sensors = SensorTables {
-                sonar: told_as(&SonarConfig::default())?,
-                camera: told_as(&CameraConfig::default())?,
+                sonar: as_value(&SonarConfig::default())?,
+                camera: as_value(&CameraConfig::default())?,
                 ..SensorTables::default()
             };
-            Some(of(default, turret.unwrap_or(false), sensors))
+            Some(robot(default, turret.unwrap_or(false), sensors))
         }
         // Ruiz-Mayor et al. 2006, 4.1: 12 sonars with cones of 30°. Assumed: size and speed.
         "sancho2" => {
@@ -95,21 +95,21 @@ fn preset(kind: &str, turret: Option<bool>) -> Result<Option<Robot>> {
                 ..default
             };
             let sensors = SensorTables {
-                sonar: told_as(&SonarConfig::sancho2())?,
+                sonar: as_value(&SonarConfig::sancho2())?,
                 ..SensorTables::default()
             };
-            Some(of(config, turret.unwrap_or(false), sensors))
+            Some(robot(config, turret.unwrap_or(false), sensors))
         }
         _ => None,
     })
 }
 
 impl Robot {
-    pub(super) fn new(told: &Table) -> Result<Self> {
-        let mut told = told.clone();
+    pub(super) fn new(table: &Table) -> Result<Self> {
+        let mut table = table.clone();
         let wrong = |fault: String| Error::usage(format!("[robot]: {fault}"));
-        let kind = told.remove("kind");
-        let turret = match told.remove("turret_north") {
+        let kind = table.remove("kind");
+        let turret = match table.remove("turret_north") {
             None => None,
             Some(Value::Boolean(yes)) => Some(yes),
             Some(other) => {
@@ -127,19 +127,20 @@ impl Robot {
             Some(kind) => preset(kind.as_str().unwrap_or(""), turret)?
                 .ok_or_else(|| wrong(format!("`kind` is {kind}; expected {KINDS}")))?,
         };
-        let mut keys = told_as(&robot.config)?.unwrap_or(Value::Table(Table::new()));
-        put_over(&mut keys, &Value::Table(told));
+        let mut keys = as_value(&robot.config)?.unwrap_or(Value::Table(Table::new()));
+        put_over(&mut keys, &Value::Table(table));
         robot.config = parsed(keys, "robot")?;
         robot.config.check()?;
         Ok(robot)
     }
 
     /// The sensors: those of the preset, then of the file, then of a set, each put over the one before.
-    pub(super) fn sensors(&self, told: [Option<SensorTables>; 2]) -> Result<Sensors> {
-        let layers: Vec<&SensorTables> = [Some(&self.preset), told[0].as_ref(), told[1].as_ref()]
-            .into_iter()
-            .flatten()
-            .collect();
+    pub(super) fn sensors(&self, tables: [Option<SensorTables>; 2]) -> Result<Sensors> {
+        let layers: Vec<&SensorTables> =
+            [Some(&self.preset), tables[0].as_ref(), tables[1].as_ref()]
+                .into_iter()
+                .flatten()
+                .collect();
         let sensors = Sensors {
             sonar: merged::<SonarConfig>("sonar", layers.iter().map(|t| &t.sonar))?
                 .map(Sonar::new)
@@ -190,14 +191,14 @@ fn merged<'a, T: DeserializeOwned>(
     keys.map(|keys| parsed(keys, name)).transpose()
 }
 
-/// Constants as a file would tell them.
-fn told_as(constants: &impl Serialize) -> Result<Option<Value>> {
+/// Constants as the value that a file would have.
+fn as_value(constants: &impl Serialize) -> Result<Option<Value>> {
     Value::try_from(constants)
         .map(Some)
         .map_err(|e| Error::work(format!("preset: {e}")))
 }
 
-/// A table as its checked type; the fault is told with the table's name.
+/// A table as its checked type; the fault begins with the table's name.
 fn parsed<T: DeserializeOwned>(keys: Value, table: &str) -> Result<T> {
     keys.try_into().map_err(|e: toml::de::Error| {
         Error::usage(format!("[{table}]: {}", e.message().replace('\n', " ")))

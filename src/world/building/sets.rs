@@ -49,10 +49,10 @@ pub(super) fn of_file(config: &WorldConfig, robot: &Robot) -> Result<Vec<RunSet>
         return Ok(vec![made(None)?]);
     }
     for (index, set) in config.set.iter().enumerate() {
-        let told = config.set[..index]
+        let taken = config.set[..index]
             .iter()
             .any(|other| other.name == set.name);
-        if told || set.name.is_empty() {
+        if taken || set.name.is_empty() {
             return Err(Error::usage(format!(
                 "[[set]] {}: `name` is `{}`; expected a name of its own",
                 index + 1,

@@ -160,7 +160,7 @@ fn things_move_and_are_missing_and_light_varies_as_said() {
     let scenes: Vec<RunScene> = (0..1000)
         .map(|run| world.plan_of_run(Seed(4), run).unwrap())
         .collect();
-    let there: Vec<f64> = scenes
+    let present: Vec<f64> = scenes
         .iter()
         .filter_map(|scene| {
             let sides = &scene.plan.walls()[4..];
@@ -168,10 +168,10 @@ fn things_move_and_are_missing_and_light_varies_as_said() {
             (!sides.is_empty()).then_some(middle - 5.0)
         })
         .collect();
-    assert!((550..650).contains(&there.len()), "{}", there.len());
+    assert!((550..650).contains(&present.len()), "{}", present.len());
     let sd = |all: &[f64]| (all.iter().map(|x| x * x).sum::<f64>() / all.len() as f64).sqrt();
     // Cut at two standard deviations, a normal distribution's is 0.2 · √0.92 = 0.192.
-    assert!((sd(&there) - 0.192).abs() < 0.015, "{}", sd(&there));
+    assert!((sd(&present) - 0.192).abs() < 0.015, "{}", sd(&present));
     let brightness: Vec<f64> = scenes
         .iter()
         .map(|scene| scene.illumination - 1.0)
@@ -204,13 +204,13 @@ fn a_thing_may_move_along_its_wall_alone() {
 
 #[test]
 fn a_preset_brings_its_robot_and_the_file_has_the_last_word() {
-    let of = |robot: &str, rest: &str| {
+    let robot_with = |robot: &str, rest: &str| {
         Building::from_text(&format!(
             "name = \"hall\"\nwall = [{{ points = [[0, 0], [10, 0]] }}]\n{rest}\n[robot]\n{robot}\n\
              [path]\ncorners = [[1, 3], [9, 3]]\n[record]\nevery_m = 1\n"
         ))
     };
-    let nomad = of("kind = \"nomad200\"", "").unwrap();
+    let nomad = robot_with("kind = \"nomad200\"", "").unwrap();
     let sensors = &nomad.sets()[0].sensors;
     assert_eq!(nomad.robot().speed_m_per_s, 0.122);
     assert!(nomad.turret_north() && nomad.robot().odometry.by_compass);
@@ -219,7 +219,7 @@ fn a_preset_brings_its_robot_and_the_file_has_the_last_word() {
     assert!(sensors.compass.is_some() && sensors.camera.is_none());
 
     let changed = "kind = \"nomad200\"\nspeed_m_per_s = 0.3\nturret_north = false";
-    let changed = of(changed, "infrared = false\nsonar = { maximum_m = 5.0 }").unwrap();
+    let changed = robot_with(changed, "infrared = false\nsonar = { maximum_m = 5.0 }").unwrap();
     let sensors = &changed.sets()[0].sensors;
     assert_eq!(
         (changed.robot().speed_m_per_s, changed.robot().radius_m),
@@ -230,11 +230,11 @@ fn a_preset_brings_its_robot_and_the_file_has_the_last_word() {
     let sonar = sensors.sonar.as_ref().unwrap().channel();
     assert_eq!((sonar.width, sonar.maximum), (16, Some(5.0)));
 
-    let b21 = of("kind = \"b21\"", "").unwrap();
+    let b21 = robot_with("kind = \"b21\"", "").unwrap();
     let sensors = &b21.sets()[0].sensors;
     assert_eq!(sensors.sonar.as_ref().unwrap().channel().width, 24);
     assert!(sensors.camera.is_some() && b21.robot().speed_m_per_s == 0.15);
-    let sancho = of("kind = \"sancho2\"", "").unwrap();
+    let sancho = robot_with("kind = \"sancho2\"", "").unwrap();
     let sonar = sancho.sets()[0].sensors.sonar.as_ref().unwrap();
     assert_eq!(
         (sonar.channel().width, sonar.config().resolution_m),

@@ -1,6 +1,6 @@
 //! Every constant of a camera.
 
-use crate::error::{Error, Result};
+use crate::{error::Result, world::bounds::Bounds};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -73,41 +73,33 @@ impl CameraConfig {
     /// # Errors
     /// A usage error that names the first constant out of bounds.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, value: f64, expected: &str| {
-            Err(Error::usage(format!(
-                "camera: `{key}` is {value}; expected {expected}"
-            )))
-        };
+        let bounds = Bounds("camera");
         for (key, count, least, most) in [
             ("rows", self.rows, 10, 1000),
             ("columns", self.columns, 10, 1000),
             ("samples", self.samples, 1, 8),
         ] {
             if !(least..=most).contains(&count) {
-                return wrong(key, count as f64, &format!("{least} to {most}"));
+                return bounds.wrong(key, count as f64, &format!("{least} to {most}"));
             }
         }
         if !(self.opening_rad > 0.0 && self.opening_rad < 0.9 * PI) {
-            return wrong("opening_rad", self.opening_rad, "above 0, below 0.9 π");
+            return bounds.wrong("opening_rad", self.opening_rad, "above 0, below 0.9 π");
         }
-        for (key, value) in [
+        bounds.positive(&[
             ("height_m", self.height_m),
             ("reach_m", self.reach_m),
             ("exposure", self.exposure),
             ("bloom_pixels", self.bloom_pixels),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return wrong(key, value, "more than 0");
-            }
-        }
+        ])?;
         if !(0.0..=1.0).contains(&self.bloom) {
-            return wrong("bloom", self.bloom, "0 to 1");
+            return bounds.wrong("bloom", self.bloom, "0 to 1");
         }
         if !(self.read_noise >= 0.0 && self.read_noise.is_finite()) {
-            return wrong("read_noise", self.read_noise, "0 or more");
+            return bounds.wrong("read_noise", self.read_noise, "0 or more");
         }
         if self.full_well.is_nan() || self.full_well <= 0.0 {
-            return wrong("full_well", self.full_well, "more than 0");
+            return bounds.wrong("full_well", self.full_well, "more than 0");
         }
         Ok(())
     }

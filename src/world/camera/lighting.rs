@@ -207,17 +207,18 @@ impl Lit<'_> {
                 continue;
             }
             // Both cosines carry a factor r, divided out at the end.
-            let (here, there) = (way.dot(normal), -way.dot(&source.normal));
-            let there = if source.both_sides {
-                there.abs()
+            let (at_surface, at_source) = (way.dot(normal), -way.dot(&source.normal));
+            let at_source = if source.both_sides {
+                at_source.abs()
             } else {
-                there
+                at_source
             };
-            if here <= 0.0 || there <= 0.0 {
+            if at_surface <= 0.0 || at_source <= 0.0 {
                 continue;
             }
             let fade = (1.0 - squared / (REACH_M * REACH_M)).powi(2);
-            let share = source.area_m2 * here * there / (squared * (PI * squared + source.area_m2));
+            let share = source.area_m2 * at_surface * at_source
+                / (squared * (PI * squared + source.area_m2));
             (0..3).for_each(|c| sum[c] += fade * share * source.brightness[c]);
         }
         sum

@@ -34,17 +34,17 @@ pub(super) fn in_the_way(plan: &FloorPlan, standing: impl Fn(&&Wall) -> bool) ->
 
 impl Model {
     /// A ring without rebounds, cross-talk, noise and outliers, where all walls stand at its height.
-    pub(super) fn plain_sonar(told: &SonarConfig) -> Result<Self> {
+    pub(super) fn plain_sonar(config: &SonarConfig) -> Result<Self> {
         let plain = SonarConfig {
             plain: true,
             firing: Vec::new(),
-            ..told.clone()
+            ..config.clone()
         };
         Sonar::new(plain).map(Model::Sonar)
     }
 
-    pub(super) fn exact_laser(told: &LaserConfig) -> Result<Self> {
-        Laser::new(told.clone()).map(Model::Laser)
+    pub(super) fn exact_laser(config: &LaserConfig) -> Result<Self> {
+        Laser::new(config.clone()).map(Model::Laser)
     }
 
     fn channel(&self) -> Channel {

@@ -106,11 +106,11 @@ fn distances_are_broken_off_only_where_they_are_too_long() {
     let pose = Pose::new(2.5, 1.2, 0.1);
     let apart = expected.at(&pose).into_iter().zip(&sensed);
     let square: f64 = apart.map(|(a, b)| (a - b) * (a - b)).sum();
-    let told = |most: f64| expected.square_distance(&pose, &sensed, most);
-    assert!((told(f64::INFINITY).unwrap() - square).abs() < 1e-12);
-    assert!(told(square * 1.001).is_some() && told(square * 0.999).is_none());
+    let squared = |most: f64| expected.square_distance(&pose, &sensed, most);
+    assert!((squared(f64::INFINITY).unwrap() - square).abs() < 1e-12);
+    assert!(squared(square * 1.001).is_some() && squared(square * 0.999).is_none());
     assert_eq!(
-        told(told(f64::INFINITY).unwrap()),
+        squared(squared(f64::INFINITY).unwrap()),
         None,
         "as far is no nearer"
     );
@@ -127,8 +127,8 @@ fn no_return_is_the_longest_reading_and_nothing_at_all_is_none() {
     }
     let mut values = vec![f32::NAN; 16];
     values[3] = 1.5;
-    let told = sensed(values).unwrap();
-    assert_eq!((told[0], told[3], told[12]), (6.0, 1.5, 20.0));
+    let seen = sensed(values).unwrap();
+    assert_eq!((seen[0], seen[3], seen[12]), (6.0, 1.5, 20.0));
     assert_eq!(sensed(vec![1.0; 3]), None, "too few values");
 }
 

@@ -129,8 +129,8 @@ fn noise_has_the_stated_statistics() {
         .flatten()
         .filter(|&metres| metres < 9.0)
         .collect();
-    let told = share(short.len());
-    assert!((told - 0.1 * 8.98 / 9.98).abs() < 0.004, "{told}");
+    let found = share(short.len());
+    assert!((found - 0.1 * 8.98 / 9.98).abs() < 0.004, "{found}");
     let mean = short.iter().sum::<f64>() / short.len() as f64;
     assert!((mean - (0.02 + 9.0) / 2.0).abs() < 0.11, "{mean}");
 

@@ -172,12 +172,12 @@ fn each_fault_is_told_in_one_line_with_its_file() {
         (format!("{YAML}mode: quaternary\n"), good(), "map.yaml: "),
         ("[".to_string(), good(), "map.yaml: "),
     ] {
-        let told = read(&yaml, &files).unwrap_err();
-        let line = told.to_string();
+        let error = read(&yaml, &files).unwrap_err();
+        let line = error.to_string();
         assert!(
             line.contains(expected) && !line.contains('\n'),
             "{expected}: {line}"
         );
-        assert!(!told.is_usage(), "{line}");
+        assert!(!error.is_usage(), "{line}");
     }
 }

@@ -95,11 +95,11 @@ fn round_trip() -> Vec<Pose> {
 fn last(config: &OdometryConfig, run: u64, turret_error_rad: impl Fn(usize) -> f64) -> Pose {
     let mut slip = Seed(3).numbered_stream("slip", run);
     let mut odometry = DeadReckoning::draw(config, &mut slip);
-    let mut there = Pose::default();
+    let mut reached = Pose::default();
     for (step, pose) in round_trip().iter().enumerate() {
-        there = odometry.reach_beside(pose, turret_error_rad(step), &mut slip);
+        reached = odometry.reach_beside(pose, turret_error_rad(step), &mut slip);
     }
-    there
+    reached
 }
 
 #[test]
@@ -172,18 +172,18 @@ fn what_creeps_keeps_its_direction_when_the_wheels_lose_theirs() {
         let mut slip = Seed(3).numbered_stream("slip", run);
         let mut odometry = DeadReckoning::draw(&config, &mut slip);
         // With every step turned to where the robot truly faced, only the creep is left: 3 % of 80 m.
-        let (mut there, mut last) = (Pose::default(), None);
+        let (mut reached, mut last) = (Pose::default(), None);
         for truth in round_trip() {
             let now = odometry.reach(&truth, &mut slip);
             if let Some((facing, before)) = last.replace((truth, now)) {
                 let from = Pose {
                     heading_rad: facing.heading_rad,
-                    ..there
+                    ..reached
                 };
-                there = from.after(Pose::displacement_to(&before, &now));
+                reached = from.after(Pose::displacement_to(&before, &now));
             }
         }
-        let off_m = there.x_m.hypot(there.y_m);
+        let off_m = reached.x_m.hypot(reached.y_m);
         assert!((off_m - 2.4).abs() < 1e-9, "{off_m}");
     }
 }

@@ -1,9 +1,9 @@
 //! How many people come, and what they are like.
 
-use crate::error::{Error, Result};
+use crate::{error::Result, world::bounds::Bounds};
 use serde::{Deserialize, Serialize};
 
-/// Who comes during a run; by default nobody.
+/// People that pass during a run; by default none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PeopleConfig {
@@ -58,44 +58,32 @@ impl PeopleConfig {
     /// # Errors
     /// A usage error that names the first one out of bounds.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, value: String, expected: &str| {
-            Err(Error::usage(format!(
-                "people: `{key}` is {value}; expected {expected}"
-            )))
-        };
+        let bounds = Bounds("people");
         for (key, count) in [
             ("passing", self.passing),
             ("standing", self.standing),
             ("fire_doors_opened", self.fire_doors_opened),
         ] {
             if count > MOST {
-                return wrong(key, count.to_string(), &format!("0 to {MOST}"));
+                return bounds.wrong(key, count, &format!("0 to {MOST}"));
             }
         }
         if self.between > self.passing {
-            return wrong(
-                "between",
-                self.between.to_string(),
-                "no more than `passing`",
-            );
+            return bounds.wrong("between", self.between, "no more than `passing`");
         }
         if !(self.map_laps >= 0.0 && self.map_laps.is_finite()) {
-            return wrong("map_laps", self.map_laps.to_string(), "0 or more");
+            return bounds.wrong("map_laps", self.map_laps, "0 or more");
         }
         if !(0.0..=1000.0).contains(&self.per_minute) {
-            return wrong("per_minute", self.per_minute.to_string(), "0 to 1000");
+            return bounds.wrong("per_minute", self.per_minute, "0 to 1000");
         }
-        for (key, value) in [
+        bounds.positive(&[
             ("radius_m", self.radius_m),
             ("slim_m", self.slim_m),
             ("height_m", self.height_m),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return wrong(key, value.to_string(), "more than 0");
-            }
-        }
+        ])?;
         if self.slim_m > self.radius_m {
-            return wrong("slim_m", self.slim_m.to_string(), "no more than `radius_m`");
+            return bounds.wrong("slim_m", self.slim_m, "no more than `radius_m`");
         }
         for (key, [least, most]) in [
             ("opened_s", self.opened_s),
@@ -103,7 +91,7 @@ impl PeopleConfig {
         ] {
             if !(least > 0.0 && least <= most && most.is_finite()) {
                 let value = format!("[{least}, {most}]");
-                return wrong(key, value, "two numbers above 0 in rising order");
+                return bounds.wrong(key, value, "two numbers above 0 in rising order");
             }
         }
         Ok(())

@@ -28,9 +28,9 @@ fn corridor() -> (Raycaster, Vec<Wall>) {
 
 /// 50 m along the corridor and back, its right wall 0.5 m away on the way there, at 0.125 m/s, for two laps.
 fn path() -> Vec<TimedPose> {
-    let there = |second: i32| Pose::new(0.125 * f64::from(second), 0.0, 0.0);
+    let outward = |second: i32| Pose::new(0.125 * f64::from(second), 0.0, 0.0);
     let back = |second: i32| Pose::new(50.0 - 0.125 * f64::from(second), 1.0, std::f64::consts::PI);
-    let lap: Vec<Pose> = (0..400).map(there).chain((0..400).map(back)).collect();
+    let lap: Vec<Pose> = (0..400).map(outward).chain((0..400).map(back)).collect();
     let laps = lap.iter().chain(&lap).enumerate();
     laps.map(|(second, pose)| TimedPose {
         stamp_s: second as f64,
@@ -115,8 +115,8 @@ fn whoever_is_met_is_beside_the_robot_and_nobody_is_ever_within_it_or_in_a_wall(
         for (met_s, left) in people.meetings() {
             let (robot, _) = people.path.at_time(met_s);
             let aside = bodies(&people, met_s).into_iter().any(|wall| {
-                let there = robot.displacement_to(&Pose::new(wall.from.x, wall.from.y, 0.0));
-                there.forward_m.abs() < 0.25 && (there.left_m > 0.0) == left
+                let from_robot = robot.displacement_to(&Pose::new(wall.from.x, wall.from.y, 0.0));
+                from_robot.forward_m.abs() < 0.25 && (from_robot.left_m > 0.0) == left
             });
             assert!(aside, "someone is met at {met_s} s");
         }
@@ -188,7 +188,7 @@ fn a_run_has_its_own_people_and_a_rate_the_stated_mean() {
 
 #[test]
 fn what_cannot_be_had_is_told() {
-    let told = |config: &PeopleConfig| with(config, 0, |people| people.unwrap_err());
+    let refusal = |config: &PeopleConfig| with(config, 0, |people| people.unwrap_err());
     type Case = (&'static str, fn(&mut PeopleConfig));
     let cases: [Case; 12] = [
         ("`between`", |c| c.between = 30),
@@ -207,7 +207,7 @@ fn what_cannot_be_had_is_told() {
     for (key, change) in cases {
         let mut config = crowd();
         change(&mut config);
-        let error = told(&config);
+        let error = refusal(&config);
         assert!(
             error.is_usage() && error.to_string().contains(key),
             "{error}"
@@ -218,7 +218,7 @@ fn what_cannot_be_had_is_told() {
         slim_m: 0.15,
         ..crowd()
     };
-    let line = told(&stout).to_string();
+    let line = refusal(&stout).to_string();
     assert!(
         line.contains("`between` asks for 11") && line.contains("0.57 m"),
         "{line}"

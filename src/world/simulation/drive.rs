@@ -20,7 +20,7 @@ use crate::{
 use nalgebra::Point2;
 use rayon::prelude::*;
 
-/// Walls that begin this high above the floor are in nobody's way, metres.
+/// Walls that begin this high above the floor don't block robots or people, metres.
 const HEADROOM_M: f64 = 1.5;
 
 /// Most walls of all runs' plans together, and most metres of all their ways: far beyond any use, small enough to hold.
@@ -108,7 +108,7 @@ impl Setting {
     }
 }
 
-/// What is in a robot's way. Fire doors count as shut: it isn't let through one that somebody leaves open (Duckett &
+/// What is in a robot's way. Fire doors count as shut: it isn't let through one that a person leaves open (Duckett &
 /// Nehmzow 1998, 7: "careful not to allow the robot to escape").
 fn obstacles(scene: &RunScene) -> Result<FloorPlan> {
     let low = |wall: &&Wall| wall.low_m < HEADROOM_M;
@@ -204,7 +204,7 @@ fn along_ways(
         _ => None,
     };
     let once_m = match (journey, &round) {
-        (Journey::Route { there, .. }, _) => there.length_m(),
+        (Journey::Route { outward, .. }, _) => outward.length_m(),
         (_, Some(round)) => round.length_m(),
         _ => 0.0,
     };
@@ -216,14 +216,14 @@ fn along_ways(
             set.laps
         )));
     }
-    if let Journey::Route { there, .. } = journey
-        && !there.is_closed()
-        && robot.start_scatter_m >= there.length_m()
+    if let Journey::Route { outward, .. } = journey
+        && !outward.is_closed()
+        && robot.start_scatter_m >= outward.length_m()
     {
         return Err(Error::usage(format!(
             "robot: `start_scatter_m` is {}; expected less than the route's {:.2} m",
             robot.start_scatter_m,
-            there.length_m()
+            outward.length_m()
         )));
     }
     let ways = each_run(settings.par_iter(), |setting| {
@@ -241,12 +241,12 @@ fn along_ways(
             }
             (
                 Journey::Route {
-                    there,
+                    outward,
                     back: reverse,
                 },
                 _,
             ) => {
-                let routes = (there, reverse);
+                let routes = (outward, reverse);
                 Box::new(RouteWay::draw(seed, run, routes, back, set.laps, robot))
             }
             _ => {
@@ -361,13 +361,13 @@ fn check_start(plan: &FloorPlan, setting: &Setting, pose: &Pose, radius_m: f64) 
     check_enclosed(plan, &place(pose), radius_m).map_err(|fault| in_run(fault, setting.run))
 }
 
-/// A fault of a run, told with its number, once; that of the call stays as it is.
+/// A fault of a run, its number put before it once; that of the call stays as it is.
 pub(super) fn in_run(fault: Error, run: u64) -> Error {
-    let told = fault.to_string();
-    if fault.is_usage() || told.starts_with("run ") {
+    let message = fault.to_string();
+    if fault.is_usage() || message.starts_with("run ") {
         fault
     } else {
-        Error::work(format!("run {run}: {told}"))
+        Error::work(format!("run {run}: {message}"))
     }
 }
 

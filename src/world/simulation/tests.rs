@@ -64,11 +64,11 @@ fn odd_runs_go_back_and_keep_the_coordinate() {
         ));
         let recording = recorded(&text);
         let route_m = recording.route_m().unwrap();
-        let [there, back] = &recording.runs()[..] else {
+        let [outward, back] = &recording.runs()[..] else {
             panic!("two runs")
         };
         let first_x = 10.0 - whole_m - if whole_m == 8.0 { 0.0 } else { 1.0 };
-        for (run, ahead) in [(there, 1.0), (back, -1.0)] {
+        for (run, ahead) in [(outward, 1.0), (back, -1.0)] {
             let straight: Vec<usize> = run
                 .clone()
                 .filter(|&k| route_m[k] < whole_m - 1e-6)
@@ -148,10 +148,13 @@ fn a_wall_that_never_leads_back_is_told() {
     let pillar = "[[thing]]\nat = [6, 3]\nradius_m = 0.3\n";
     let path = "[path]\nfollow = \"wall\"\ncorners = [[0.9, 3], [0.9, 4]]\ndistance_m = 2.4\n";
     let text = hall(&format!("{pillar}[sonar]\n{path}[record]\nevery_m = 0.1\n"));
-    let told = simulate(&world(&text), Seed(1), &Choice::default())
+    let message = simulate(&world(&text), Seed(1), &Choice::default())
         .unwrap_err()
         .to_string();
-    assert!(told.contains("robot: ") && !told.contains('\n'), "{told}");
+    assert!(
+        message.contains("robot: ") && !message.contains('\n'),
+        "{message}"
+    );
 }
 
 #[test]
@@ -165,9 +168,9 @@ fn poses_are_visited_in_their_order_and_back() {
         .iter()
         .map(|pose| (pose.x_m, pose.y_m))
         .collect();
-    let there = [(2.0, 2.0), (3.0, 2.0), (3.0, 4.0)];
+    let outward = [(2.0, 2.0), (3.0, 2.0), (3.0, 4.0)];
     let back = [(3.0, 4.0), (3.0, 2.0), (2.0, 2.0)];
-    assert_eq!(places, [there, there, back, back].concat());
+    assert_eq!(places, [outward, outward, back, back].concat());
     assert_eq!(recording.route_m().unwrap()[..3], [0.0, 1.0, 3.0]);
     assert_eq!(recording.route_m().unwrap()[6..9], [3.0, 1.0, 0.0]);
     assert!((recording.poses()[1].heading_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
@@ -230,10 +233,10 @@ fn a_turret_held_north_looks_north_wherever_the_robot_goes() {
         let expected_m = 6.0 - pose.y_m - 0.22;
         pose.x_m > 8.0 && f64::from(recording.values()[(k, 0)] - expected_m as f32).abs() < 0.3
     });
-    let there = (0..recording.len())
+    let expected = (0..recording.len())
         .filter(|&k| columns.pose[k].x_m > 8.0)
         .count();
-    assert!(seen.count() * 10 > there * 8);
+    assert!(seen.count() * 10 > expected * 8);
     let end = columns.odometry.last().unwrap();
     let start = columns.pose[0];
     let truth = columns.pose.last().unwrap();

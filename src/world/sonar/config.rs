@@ -1,6 +1,9 @@
 //! The constants of a sonar ring, their bounds, and the rings of the papers' robots.
 
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    world::bounds::Bounds,
+};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -133,42 +136,38 @@ impl SonarConfig {
     /// # Errors
     /// A usage error that names the first one out of bounds.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, value: f64, expected: &str| {
-            Err(Error::usage(format!(
-                "sonar: `{key}` is {value}; expected {expected}"
-            )))
-        };
+        let bounds = Bounds("sonar");
         for (key, count) in [
             ("beams", self.beams),
             ("detailed", self.detailed),
             ("rays", self.rays),
         ] {
             if !(1..=MOST).contains(&count) {
-                return wrong(key, count as f64, &format!("1 to {MOST}"));
+                return bounds.wrong(key, count as f64, &format!("1 to {MOST}"));
             }
         }
         if self.beams * self.detailed > MOST {
             let readings = (self.beams * self.detailed) as f64;
-            return wrong(
+            return bounds.wrong(
                 "beams` times `detailed",
                 readings,
                 &format!("up to {MOST} readings"),
             );
         }
         if self.reflections > MOST {
-            return wrong(
+            return bounds.wrong(
                 "reflections",
                 self.reflections as f64,
                 &format!("0 to {MOST}"),
             );
         }
         if !(self.opening_rad >= 0.0 && self.opening_rad <= PI) {
-            return wrong("opening_rad", self.opening_rad, "0 to π");
+            return bounds.wrong("opening_rad", self.opening_rad, "0 to π");
         }
         if self.plain && self.opening_rad == 0.0 {
-            return wrong("opening_rad", 0.0, "more than 0 with `plain`");
+            return bounds.wrong("opening_rad", 0.0, "more than 0 with `plain`");
         }
-        for (key, value) in [
+        bounds.not_negative(&[
             ("ring_radius_m", self.ring_radius_m),
             ("height_m", self.height_m),
             ("axis_sd_rad", self.axis_sd_rad),
@@ -178,28 +177,20 @@ impl SonarConfig {
             ("noise_m", self.noise_m),
             ("noise_per_m", self.noise_per_m),
             ("resolution_m", self.resolution_m),
-        ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return wrong(key, value, "0 or more");
-            }
-        }
+        ])?;
         if !(self.maximum_m > self.minimum_m && self.maximum_m.is_finite()) {
-            return wrong("maximum_m", self.maximum_m, "more than `minimum_m`");
+            return bounds.wrong("maximum_m", self.maximum_m, "more than `minimum_m`");
         }
-        for (key, value) in [
+        bounds.shares(&[
             ("short_probability", self.short_probability),
             ("lost_probability", self.lost_probability),
-        ] {
-            if !(0.0..=1.0).contains(&value) {
-                return wrong(key, value, "0 to 1");
-            }
-        }
+        ])?;
         for (key, value) in [
             ("air_celsius", self.air_celsius),
             ("calibrated_celsius", self.calibrated_celsius),
         ] {
             if !(-90.0..=60.0).contains(&value) {
-                return wrong(key, value, "-90 to 60");
+                return bounds.wrong(key, value, "-90 to 60");
             }
         }
         self.check_firing()

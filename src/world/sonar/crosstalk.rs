@@ -57,13 +57,13 @@ fn follow(
         let hit = around.cast(&origin, &direction, 2.0 * sonar.maximum_m, sonar.height_m);
         // A ray that mirrors have thrown past a transducer is heard, if it faces it.
         for (beam, listener) in others().filter(|_| reflected >= 1) {
-            let there = listener.place - origin;
-            let there_m = there.dot(&direction);
-            let near = (there - direction * there_m).norm() <= sonar.capture_radius_m;
-            let free = hit.is_none_or(|hit| hit.distance_m >= there_m);
-            let strong = way_m + there_m < 2.0 * heard_to_m;
-            if there_m > 0.0 && near && free && strong && faces(listener, &direction) {
-                hear(beam, way_m + there_m);
+            let to_listener = listener.place - origin;
+            let listener_m = to_listener.dot(&direction);
+            let near = (to_listener - direction * listener_m).norm() <= sonar.capture_radius_m;
+            let free = hit.is_none_or(|hit| hit.distance_m >= listener_m);
+            let strong = way_m + listener_m < 2.0 * heard_to_m;
+            if listener_m > 0.0 && near && free && strong && faces(listener, &direction) {
+                hear(beam, way_m + listener_m);
             }
         }
         let Some(hit) = hit else { return };
@@ -78,17 +78,17 @@ fn follow(
             // A surface met within its critical angle throws sound back into that angle, on whoever listens there.
             let foot: Point2<f64> = origin + direction * (hit.distance_m - STEP_BACK_M);
             for (beam, listener) in others() {
-                let there = listener.place - foot;
-                let there_m = there.norm();
-                let coming = there / there_m;
+                let to_listener = listener.place - foot;
+                let listener_m = to_listener.norm();
+                let coming = to_listener / listener_m;
                 if hit.normal.dot(&coming) >= spread_cos
                     && faces(listener, &coming)
-                    && way_m + there_m < 2.0 * heard_to_m
+                    && way_m + listener_m < 2.0 * heard_to_m
                     && around
-                        .cast(&foot, &coming, there_m, sonar.height_m)
+                        .cast(&foot, &coming, listener_m, sonar.height_m)
                         .is_none()
                 {
-                    hear(beam, way_m + there_m);
+                    hear(beam, way_m + listener_m);
                 }
             }
             return;

@@ -38,7 +38,7 @@ pub(super) struct Scan {
 
 /// Reads a line: `Ok(None)` for a message that nothing here needs, `Err` with the fault for one that is damaged.
 pub(super) fn parse(line: &[u8]) -> Result<Option<Message>, String> {
-    let mut fields = Fields::of(line);
+    let mut fields = Fields::new(line);
     let message = match fields.kind {
         b"ODOM" => {
             let pose = fields.pose()?;
@@ -96,12 +96,12 @@ fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 struct Fields<'a> {
     kind: &'a [u8],
     rest: Box<dyn Iterator<Item = &'a [u8]> + 'a>,
-    /// More words than this the line can't hold: no count in it is believed beyond.
+    /// The line can't hold more words than this: a larger count in it is an error.
     most: usize,
 }
 
 impl<'a> Fields<'a> {
-    fn of(line: &'a [u8]) -> Self {
+    fn new(line: &'a [u8]) -> Self {
         let mut rest = Box::new(words(line));
         Self {
             kind: rest.next().unwrap_or(b""),

@@ -169,14 +169,14 @@ fn two_beams_the_same_way_see_the_nearer() {
         let bearing = 7.0 * random.random::<f64>();
         let (nearer, farther) = (2.0 + random.random::<f32>(), 3.2);
         let scan = [farther, nearer, nearer];
-        let told = seen(
+        let ranges = seen(
             &[bearing, bearing, bearing + 0.1],
             &scan,
             step(0.0, 0.0, 0.0),
         );
         assert!(
-            told.iter().all(|r| (r - nearer).abs() < 1e-5),
-            "{told:?} {nearer}"
+            ranges.iter().all(|r| (r - nearer).abs() < 1e-5),
+            "{ranges:?} {nearer}"
         );
     }
 }
@@ -213,10 +213,10 @@ fn standing_still_changes_nothing() {
                     _ => 3.0 + random.random_range(0.0..0.4),
                 })
                 .collect();
-            for (own, told) in scan.iter().zip(seen(&beams, &scan, step(0.0, 0.0, 0.0))) {
+            for (own, after) in scan.iter().zip(seen(&beams, &scan, step(0.0, 0.0, 0.0))) {
                 assert!(
-                    own.is_nan() && told.is_nan() || (own - told).abs() < 2e-3,
-                    "{own} {told}"
+                    own.is_nan() && after.is_nan() || (own - after).abs() < 2e-3,
+                    "{own} {after}"
                 );
             }
         }
@@ -250,10 +250,10 @@ fn no_return_stays_none_and_maxima_are_none() {
 #[test]
 fn bearings_that_are_none_are_refused() {
     assert!(Viewpoint::new(&[], None).is_err());
-    let told = Viewpoint::new(&[0.0, f64::NAN], None)
+    let message = Viewpoint::new(&[0.0, f64::NAN], None)
         .unwrap_err()
         .to_string();
-    assert!(told.contains("beam 1"), "{told}");
+    assert!(message.contains("beam 1"), "{message}");
 }
 
 #[test]
@@ -271,10 +271,10 @@ fn any_scan_and_any_step_give_ranges_or_none() {
             .collect();
         let mut normal = |size: f64| size * (random.random::<f64>() - 0.5);
         let step = step(normal(20.0), normal(20.0), normal(2000.0));
-        let told = seen(&ring, &scan, step);
+        let ranges = seen(&ring, &scan, step);
         assert!(
-            told.iter().all(|r| r.is_nan() || (0.0..50.0).contains(r)),
-            "{told:?}"
+            ranges.iter().all(|r| r.is_nan() || (0.0..50.0).contains(r)),
+            "{ranges:?}"
         );
     }
 }

@@ -126,14 +126,17 @@ fn bad_constants_get_one_clear_line() {
             "`full_well` is 0",
         ),
     ] {
-        let told = Camera::new(config).unwrap_err();
-        assert!(told.is_usage() && told.to_string().contains(part), "{told}");
+        let error = Camera::new(config).unwrap_err();
+        assert!(
+            error.is_usage() && error.to_string().contains(part),
+            "{error}"
+        );
     }
     let tall = Camera::new(CameraConfig {
         height_m: 2.7,
         ..good()
     })
     .unwrap();
-    let told = tall.check_in(&scene(vec![wall([0.0, 1.0], [1.0, 1.0], even(1.0))]));
-    assert!(told.unwrap_err().to_string().contains("2.7"));
+    let result = tall.check_in(&scene(vec![wall([0.0, 1.0], [1.0, 1.0], even(1.0))]));
+    assert!(result.unwrap_err().to_string().contains("2.7"));
 }
