@@ -116,6 +116,7 @@ impl LocaliseConfig {
 
 /// How one method did in one kind of trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct TrialSummary {
     /// Share of the trials that converged.
     pub converged_fraction: f64,
@@ -129,6 +130,7 @@ pub struct TrialSummary {
 
 /// Everything about one method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct MethodResult {
     /// Key in results.
     #[serde(skip)]
@@ -151,6 +153,7 @@ pub struct MethodResult {
 
 /// One snapshot's error reduction under a prior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct HeldOut {
     /// The prior uncertainty.
     pub prior: Uncertainty,

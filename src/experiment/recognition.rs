@@ -99,6 +99,7 @@ impl RecognitionConfig {
 
 /// What the comparison says of a recogniser.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RecognitionRecord {
     /// Its constants, as they were set for the number of responses.
     pub config: Config,

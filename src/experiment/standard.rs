@@ -121,6 +121,7 @@ impl StandardConfig {
 
 /// What the answers tell at one distance into the trials.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct AtDistance {
     /// Metres travelled since the trial's start.
     pub distance_m: f64,
@@ -139,6 +140,7 @@ pub struct AtDistance {
 /// Means are over the tables that have the figure. Answers counted as responses of their own: "outside", a place in
 /// none of the bins, and no answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StandardRecord {
     /// Trials played.
     pub trials: usize,

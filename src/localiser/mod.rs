@@ -53,6 +53,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Where a localiser says that it is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Estimate {
     /// The number of a place, class or pattern; what it means is nobody's business but the localiser's.
     Class(usize),

@@ -23,6 +23,7 @@ const WORTH_A_NOTE: f64 = 0.1;
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Verdict {
     #[serde(flatten)]
     /// The judgement of all rows.
@@ -50,6 +51,7 @@ pub struct Verdict {
 
 /// The table of one distance travelled (Duckett & Nehmzow 1998, 6.5).
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct AtDistance {
     /// Metres travelled.
     pub distance_m: f64,

@@ -31,6 +31,7 @@ pub struct SystemConfig {
 /// Any kind of system with its constants.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum System {
     /// Answers a snapshot.
     Recogniser(recogniser::Config),
@@ -43,6 +44,7 @@ pub enum System {
 /// Landmarks that people chose, in place of learned ones (Thrun 1998, 5.3).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum HandMade {
     /// Doors, as of Koenig & Simmons (1996).
     Door(DoorConfig),
