@@ -10,7 +10,7 @@ use crate::{
     belief::{Belief, Evidence, FeatureMap, Grid, Neighbours, OdometryMotion, Places, Uncertainty},
     detector::Detector,
     error::{Error, Result},
-    learning::{error_reduction::ErrorReduction, objective::MOST_FEATURES},
+    learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES},
     localiser::{
         Localiser, PreparedSensorModel, SensorModel, responses::ResponseModel,
         sensor_model::PreparedFeatures,
@@ -147,7 +147,7 @@ impl<'a> MethodContext<'a> {
     /// How a code of so many features is held against its map: as the configuration says, but by mean field where there are
     /// too many for all their outcomes.
     pub fn evidence(&self, features: usize) -> Evidence {
-        if features > MOST_FEATURES {
+        if features > MAX_FEATURES {
             Evidence::MeanField
         } else {
             self.config.evidence

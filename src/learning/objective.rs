@@ -33,7 +33,7 @@ use ndarray::{ArrayView1, ArrayView2};
 pub use passes::Objective;
 
 /// Most features that 2^n outcomes allow.
-pub const MOST_FEATURES: usize = 12;
+pub const MAX_FEATURES: usize = 12;
 
 /// D counts as at least this, for saturated features: an outcome this rare adds at most this times the extent to the error.
 const SMALLEST_PROBABILITY: f64 = 1e-12;
@@ -74,7 +74,7 @@ impl<T: Real> Objective<T> {
     /// the number of threads nor on what was evaluated before.
     ///
     /// # Errors
-    /// Where there is no feature or more than [`MOST_FEATURES`], or numbers of places, features and weights do not fit.
+    /// Where there is no feature or more than [`MAX_FEATURES`], or numbers of places, features and weights do not fit.
     pub fn evaluate(
         &mut self,
         prior: &PriorOperator,
