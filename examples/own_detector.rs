@@ -47,17 +47,26 @@ impl Detector for OpenSides {
     fn detect_batch(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
         let width = channels.first().map_or(0, |channel| channel.width);
         if width < 4 {
-            return Err(ballmark::Error::work("open_sides: expected a channel of 4 values or more"));
+            return Err(ballmark::Error::work(
+                "open_sides: expected a channel of 4 values or more",
+            ));
         }
         let mut probability = Array2::zeros((values.nrows(), 4));
         for (snapshot, readings) in values.rows().into_iter().enumerate() {
             for side in 0..4 {
                 let mut quarter: Vec<f32> = (side * width / 4..(side + 1) * width / 4)
-                    .map(|i| if readings[i].is_nan() { f32::INFINITY } else { readings[i] })
+                    .map(|i| {
+                        if readings[i].is_nan() {
+                            f32::INFINITY
+                        } else {
+                            readings[i]
+                        }
+                    })
                     .collect();
                 quarter.sort_by(f32::total_cmp);
                 let median_m = quarter[quarter.len() / 2].min(100.0);
-                probability[[snapshot, side]] = 1.0 / (1.0 + (4.0 * (self.open_m - median_m)).exp());
+                probability[[snapshot, side]] =
+                    1.0 / (1.0 + (4.0 * (self.open_m - median_m)).exp());
             }
         }
         Ok(probability)
@@ -122,7 +131,10 @@ pub fn main() -> Result<()> {
     let record = localisation::play(&context, methods, &mut |_| ())?;
     println!("{}", ballmark::report::localisation::table(&record).text());
 
-    let of_open_sides = record.results.iter().find(|result| result.name == "open_sides");
+    let of_open_sides = record
+        .results
+        .iter()
+        .find(|result| result.name == "open_sides");
     assert!(of_open_sides.is_some_and(|result| result.held_out[0].score.error_reduction > 0.0));
     Ok(())
 }

@@ -14,9 +14,7 @@ use ballmark::{
         protocol::{Mapping, ProtocolConfig},
         standard::StandardConfig,
     },
-    localiser::{
-        Estimate, Kind, LocaliserConfig, Player, Step, laws, prepared::Prepared,
-    },
+    localiser::{Estimate, Kind, LocaliserConfig, Player, Step, laws, prepared::Prepared},
     recording::{Channel, npz},
     registry::Constants,
     seed::Stream,
@@ -85,7 +83,10 @@ impl Localiser for Map {
     }
 
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
-        let missing = self.channels.iter().find(|channel| !channels.contains(channel));
+        let missing = self
+            .channels
+            .iter()
+            .find(|channel| !channels.contains(channel));
         missing.map_or(Ok(()), |channel| {
             let fault = format!("no channel `{}` as it was learned from", channel.name);
             Err(ballmark::Error::work(fault))
@@ -106,7 +107,8 @@ impl Localiser for Map {
                 _ => 1.0, // also where one has no return
             };
             let all = self.scans.iter();
-            all.map(|scan| scan.iter().zip(&now).map(difference).sum()).collect()
+            all.map(|scan| scan.iter().zip(&now).map(difference).sum())
+                .collect()
         };
         Ok(Box::new(Tracker {
             map: self,
@@ -138,7 +140,9 @@ impl Player for Tracker<'_> {
             };
             let places = self.map.places.iter().zip(unlike);
             let reached = places.filter(|(place, _)| within_reach(place));
-            let best = reached.min_by(|a, b| a.1.total_cmp(b.1)).map(|(place, _)| *place);
+            let best = reached
+                .min_by(|a, b| a.1.total_cmp(b.1))
+                .map(|(place, _)| *place);
             last = best.map(|place| (k, place)).or(last);
             steps.push(Step {
                 estimate: best.map(Estimate::Place),
@@ -179,7 +183,10 @@ pub fn main() -> Result<()> {
     };
     let comparison = compare(&config, folders, &mut |_| ())?;
     assert!(comparison.record.failures().is_empty());
-    for sheet in ballmark::report::comparison::sheets(&comparison).iter().take(2) {
+    for sheet in ballmark::report::comparison::sheets(&comparison)
+        .iter()
+        .take(2)
+    {
         println!("{}\n\n{}", sheet.title, sheet.table.text());
     }
 

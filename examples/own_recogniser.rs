@@ -51,7 +51,9 @@ impl RecogniserConfig for RoomAround {
         let values = |&k: &usize| mean(&recording.observation(k));
         let farthest_m = snapshots.iter().filter_map(values).fold(f64::NAN, f64::max);
         if farthest_m.is_nan() {
-            return Err(ballmark::Error::work("room_around: no reading to learn from"));
+            return Err(ballmark::Error::work(
+                "room_around: no reading to learn from",
+            ));
         }
         Ok(Box::new(Learned {
             channels: recording.channels().to_vec(),
@@ -108,7 +110,10 @@ impl Recogniser for Learned {
     }
 
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
-        let missing = self.channels.iter().find(|channel| !channels.contains(channel));
+        let missing = self
+            .channels
+            .iter()
+            .find(|channel| !channels.contains(channel));
         missing.map_or(Ok(()), |channel| {
             let fault = format!("no channel `{}` as it was learned from", channel.name);
             Err(ballmark::Error::work(fault))

@@ -89,7 +89,9 @@ pub fn main() -> Result<()> {
 
     let found = |name: &str| {
         let mut results = record.results.iter();
-        results.find(|result| result.name == name).map(|result| result.global.converged_fraction)
+        results
+            .find(|result| result.name == name)
+            .map(|result| result.global.converged_fraction)
     };
     assert!(found("room_around").is_some() && found("learned").is_some());
     Ok(())

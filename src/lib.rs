@@ -1,8 +1,8 @@
 //! Learn a robot's own landmarks, localise with them, and judge the result.
 //!
-//! A robot that is uncertain where it is senses, and is less uncertain. How much less depends on what it recognises in
-//! what it senses. BaLL (Thrun 1998) learns what to recognise: n small networks g_i turn a snapshot s into stochastic
-//! binary features f, and are trained to minimise the error that is left,
+//! Sensing makes a robot less uncertain about where it is; how much less depends on the features that it recognises in its
+//! readings. BaLL (Thrun 1998) learns such features: n networks g_i turn a snapshot s of the sensors into stochastic binary
+//! features f, and are trained to minimise the localisation error that is left,
 //!
 //! ```text
 //! E = Σ_k* P(ξ_k*) Σ_f P(f | s_k*) · Σ_k e(ξ_k*, ξ_k) Bel(ξ_k) P(f | ξ_k) / Σ_k Bel(ξ_k) P(f | ξ_k)      (eq. 36)
@@ -16,12 +16,14 @@
 //! | P(f \| ξ) | the map: what is recognised where | [`belief::map`] |
 //! | E, ∂E/∂g | the objective, and descending it | [`learning`] |
 //!
-//! [`model::Training`] yields the trained filters as a [`model::Model`]; a [`localiser`] replays a run that training never saw, with the Bayes filter of
-//! [`belief::bayes`]; [`experiment`] holds its answers against the truth and beside baselines; [`score`] judges answers
-//! of any system by what they tell about the place; [`report`] shows it all; [`cli`] is the command `ballmark`.
+//! [`Training`] learns from a [`Recording`] and yields a [`Model`]. A [`localiser`] replays a run that training never saw, with
+//! the Bayes filter of [`belief::bayes`]; [`experiment`] compares its answers with the truth and with baselines; [`score`]
+//! says how much the answers of any system tell about the place; [`report`] makes tables and plots; [`cli`] is the command
+//! `ballmark`. Detectors, recognisers and localisers are traits, so your own take part in comparisons as the built-in ones
+//! do. Every key of a configuration, and its default, is in `docs/reference/`.
 //!
 //! ```
-//! use ballmark::{detector::Detector, learning::Recipe, model::Training, seed::Seed, world::corridor};
+//! use ballmark::{Detector, Recipe, Seed, Training, world::corridor};
 //!
 //! // Eight runs along a simulated corridor, a snapshot a metre.
 //! let config = corridor::CorridorConfig { runs: 8, spacing_m: 1.0, ..Default::default() };
@@ -98,10 +100,15 @@ pub use error::{Error, Result};
 pub use geometry::Pose;
 pub use learning::Recipe;
 pub use localiser::{LiveLocaliser, Localiser};
-pub use model::Model;
+pub use model::{Model, Training};
 pub use recogniser::Recogniser;
 pub use recording::{Observation, Recording};
 pub use seed::Seed;
 
 // crates whose types stand in this interface, in the versions that it speaks
 pub use {nalgebra, ndarray};
+
+/// The README's programs run as doc-tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -10,6 +10,10 @@ mod own_localiser;
 mod own_recogniser;
 #[path = "../examples/own_sensor_model.rs"]
 mod own_sensor_model;
+#[path = "../examples/score_csv.rs"]
+mod score_csv;
+#[path = "../examples/train_and_localise.rs"]
+mod train_and_localise;
 
 #[test]
 fn live_robot_runs() {
@@ -34,4 +38,14 @@ fn own_recogniser_runs() {
 #[test]
 fn own_sensor_model_runs() {
     own_sensor_model::main().unwrap();
+}
+
+#[test]
+fn score_csv_runs() {
+    score_csv::main().unwrap();
+}
+
+#[test]
+fn train_and_localise_runs() {
+    train_and_localise::main().unwrap();
 }

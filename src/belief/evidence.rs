@@ -27,6 +27,7 @@ pub const MOST_ENUMERATED_FEATURES: usize = 12;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Evidence {
     /// A feature vector f drawn from P(f|s), then M(ξ, f): Table 1 of the paper with the stochastic filters of 4.2.
     Sampled,

@@ -3,8 +3,7 @@
 use super::{
     Outcome, features,
     localise::{self, write_config, write_report, write_text},
-    print,
-    train, warn,
+    print, train, warn,
 };
 use crate::{
     belief::Uncertainty,
@@ -139,6 +138,8 @@ fn localise(arguments: &Arguments, models: &[Model], recording: &Recording) -> R
     let models: Vec<&Model> = models.iter().collect();
     let parts = Parts::new(models[0], recording, None)?;
     let mut record = localise::play(&models, &parts, &config)?;
-    record.results.retain(|result| !result.name.starts_with("learned_bits"));
+    record
+        .results
+        .retain(|result| !result.name.starts_with("learned_bits"));
     Ok(record)
 }

@@ -82,11 +82,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         datasets => Some(as_learned(read_all(datasets)?)),
     };
     let in_dataset = |e: Error| {
-        if e.is_usage() {
-            e
-        } else {
-            e.in_file(dataset)
-        }
+        if e.is_usage() { e } else { e.in_file(dataset) }
     };
     let parts = Parts::new(model, &recording, trained_on).map_err(in_dataset)?;
     if parts.source.is_none() {

@@ -31,6 +31,7 @@ pub fn cpu() -> Device {
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum DeviceChoice {
     /// The processor, in every build.
     #[default]

@@ -30,6 +30,7 @@ pub struct InputConfig {
 /// A statistic of the ranges in a sector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SectorValue {
     /// The shortest.
     Nearest,

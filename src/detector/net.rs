@@ -32,6 +32,7 @@ pub struct NetConfig {
 /// Activation function of hidden units; outputs are always sigmoid, as probabilities must be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Activation {
     /// 1/(1 + e^−x), as in Thrun (1998), 5.1.4.
     Sigmoid,

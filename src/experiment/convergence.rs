@@ -24,6 +24,7 @@ pub struct Answers {
 
 /// One row of an error curve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Row {
     /// Metres travelled since the start.
     pub distance_m: f64,

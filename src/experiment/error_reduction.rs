@@ -83,6 +83,7 @@ impl ErrorReductionConfig {
 
 /// Error reduction against prior uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Curve {
     /// In the order of the priors asked for. A prior that leaves no test snapshot two candidates at different places has
     /// no point.
@@ -91,6 +92,7 @@ pub struct Curve {
 
 /// One prior.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CurvePoint {
     /// How uncertain the robot was.
     pub prior: Uncertainty,

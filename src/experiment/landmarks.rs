@@ -60,6 +60,7 @@ impl LandmarksConfig {
 
 /// How well one detector finds what it is named after. It says yes where P(f = 1 | s) is above one half.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LandmarkRecord {
     /// `door` or `ceiling_light`.
     pub detector: String,

@@ -3,9 +3,7 @@
 pub use super::localise_config::LocaliseConfig;
 
 use super::{
-    convergence::{
-        Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m,
-    },
+    convergence::{Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m},
     line_up::line_up,
     methods::{AnswersBy, Method, MethodContext},
     parts::Parts,
@@ -26,6 +24,7 @@ use std::collections::BTreeSet;
 
 /// How one method did in one kind of trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct TrialSummary {
     /// Share of the trials that converged.
     pub converged_fraction: f64,
@@ -43,6 +42,7 @@ pub struct TrialSummary {
 
 /// Everything about one method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct MethodResult {
     /// Key in results.
     #[serde(skip)]
@@ -65,6 +65,7 @@ pub struct MethodResult {
 
 /// One snapshot's error reduction under a prior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct HeldOut {
     /// The prior uncertainty.
     pub prior: Uncertainty,
@@ -269,11 +270,7 @@ impl<'a> Filter<'a> {
     }
 
     fn answers(&self, number: usize, trial: &Trial) -> Result<Answers> {
-        let (parts, grid, config) = (
-            self.context.parts,
-            &self.context.grid,
-            self.context.config,
-        );
+        let (parts, grid, config) = (self.context.parts, &self.context.grid, self.context.config);
         let start = if self.known_start {
             let (at, spread_m, spread_rad) = (
                 trial.snapshots[0],

@@ -1,7 +1,11 @@
 //! Whoever can be asked in localisation trials where the robot is, as values: sensor models for the Bayes filter, detectors,
 //! recognisers and whole localisers, built-in or of one's own.
 
-use super::{held_out, localise_config::LocaliseConfig, parts::{Parts, TrainingSource}};
+use super::{
+    held_out,
+    localise_config::LocaliseConfig,
+    parts::{Parts, TrainingSource},
+};
 use crate::{
     belief::{Belief, Evidence, FeatureMap, Grid, Neighbours, OdometryMotion, Places, Uncertainty},
     detector::Detector,
@@ -182,12 +186,7 @@ impl<'a> MethodContext<'a> {
     ///
     /// # Errors
     /// Where the training part is not at hand, or a recording lacks the detector's sensors.
-    pub fn detector(
-        &self,
-        name: &str,
-        title: &str,
-        detector: &dyn Detector,
-    ) -> Result<Method<'a>> {
+    pub fn detector(&self, name: &str, title: &str, detector: &dyn Detector) -> Result<Method<'a>> {
         let n = detector.features();
         let evidence = self.evidence(n);
         let (answers, map) = self.mapped(detector)?;

@@ -19,6 +19,7 @@ use std::{borrow::Cow, ops::Range};
 /// Which part of a recording is learned from; the rest tests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Mapping {
     /// The first lap of the first run (both papers).
     #[default]
@@ -32,6 +33,7 @@ pub enum Mapping {
 /// What counts as the true place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Truth {
     /// The recording's poses.
     #[default]

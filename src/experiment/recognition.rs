@@ -96,6 +96,7 @@ impl RecognitionConfig {
 
 /// What the comparison says of a recogniser.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RecognitionRecord {
     /// Its kind and its constants, as they were set for the number of responses.
     pub config: serde_json::Value,
@@ -248,8 +249,7 @@ fn tuned(
         let answers = Answers::of(protocol, config.as_ref(), seed)?;
         let number = answers.different();
         let off = number.abs_diff(wanted);
-        if tried.insert(dial.at(share).to_bits())
-            && best.as_ref().is_none_or(|best| off < best.off)
+        if tried.insert(dial.at(share).to_bits()) && best.as_ref().is_none_or(|best| off < best.off)
         {
             let value = dial.at(share);
             *best = Some(Tried {
@@ -284,9 +284,8 @@ fn tuned(
     match best {
         Some(best) if best.off <= tolerance => Ok((best.config, best.answers)),
         best => {
-            let (value, number) = best.map_or((f64::NAN, 0), |best| {
-                (best.value, best.answers.different())
-            });
+            let (value, number) =
+                best.map_or((f64::NAN, 0), |best| (best.value, best.answers.different()));
             Err(Error::work(format!(
                 "{}: no {} from {} to {} gives {wanted} responses (± {tolerance}); nearest is {number}, at {value}",
                 config.kind(),

@@ -13,6 +13,7 @@ use std::{
 
 /// A paper whose tables can be made again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Paper {
     /// Duckett & Nehmzow, *Mobile robot self-localisation and measurement of performance in middle-scale environments*.
     Duckett1998,

@@ -122,6 +122,7 @@ impl StandardConfig {
 
 /// What the answers tell at one distance into the trials.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct AtDistance {
     /// Metres travelled since the trial's start.
     pub distance_m: f64,
@@ -140,6 +141,7 @@ pub struct AtDistance {
 /// Means are over the tables that have the figure. Answers counted as responses of their own: "outside", a place in
 /// none of the bins, and no answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StandardRecord {
     /// Trials played.
     pub trials: usize,
@@ -386,7 +388,12 @@ fn heard(
         let near = |p: [f64; 2]| (p[0] - x).powi(2) + (p[1] - y).powi(2) <= diagonal_squared;
         let at_location =
             |(place, _): &&Probable| near(*place) && binning.bin_of(*place) == Some(location);
-        let probability = step.posterior.iter().filter(at_location).map(|(_, p)| p).sum();
+        let probability = step
+            .posterior
+            .iter()
+            .filter(at_location)
+            .map(|(_, p)| p)
+            .sum();
         Ok(Heard {
             location,
             answer,

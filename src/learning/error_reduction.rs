@@ -13,6 +13,7 @@ pub struct Errors {
 
 /// Expected errors of a part of a recording before and after sensing, and what they were averaged over.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ErrorReduction {
     /// E_prior, before sensing, in metres.
     pub prior_error_m: f64,

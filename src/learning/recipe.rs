@@ -93,6 +93,7 @@ pub const FORMER_KEYS: [(&str, &str); 2] = [
 /// The error that is descended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Objective {
     /// Sums over all 2^n outcomes (Thrun 1998, eq. 42); for few features.
     Exact,
@@ -103,6 +104,7 @@ pub enum Objective {
 /// What the errors of the truths are put together to, and so what a length of steps is worth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Scale {
     /// Their mean as a share of the prior error: one rate for any number of snapshots and any uncertainty.
     PriorShare,
@@ -113,6 +115,7 @@ pub enum Scale {
 /// How the length of a step changes in the course of a training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Schedule {
     /// The same length at every step.
     Constant,
@@ -173,6 +176,7 @@ pub struct PriorMix {
 /// A recipe by name, as `--recipe` takes it: what holds where a configuration is silent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Named {
     /// What holds up best on runs that training never saw: [`Recipe::default`].
     #[default]
@@ -239,6 +243,7 @@ impl Default for AugmentationConfig {
 /// A rule for taking a step down a gradient.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Optimiser {
     /// Adam (Kingma & Ba 2015), β = (0.9, 0.999).
     Adam,

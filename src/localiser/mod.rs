@@ -57,6 +57,7 @@ use std::path::PathBuf;
 
 /// Where a localiser says that it is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Estimate {
     /// The number of a place, class or pattern, which only the localiser can interpret.
     Class(usize),

@@ -197,6 +197,9 @@ mod tests {
         close(likelihood(Some(9)), [1.0, 1.0, 1.0]);
         let other = Belief::uniform(&Arc::new(Places::Route(vec![0.0]))).unwrap();
         let error = model.map.log_likelihood(None, &other).unwrap_err();
-        assert!(error.to_string().contains("expected the 3 cells"), "{error}");
+        assert!(
+            error.to_string().contains("expected the 3 cells"),
+            "{error}"
+        );
     }
 }

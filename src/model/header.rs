@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// Everything about a model that is not an array.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Header {
     /// Version of this crate that trained it.
     pub crate_version: String,
@@ -56,6 +57,7 @@ pub struct TrainingRecord {
 
 /// Expected errors of a model on the parts of the recording it was trained on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Scores {
     /// On the training part, with the map that localisation uses.
     pub train: ErrorReduction,

@@ -59,6 +59,7 @@ pub struct Training<'a> {
 
 /// What happens to a checkpoint that is there already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Resume {
     /// It is removed: the training starts afresh.
     Never,

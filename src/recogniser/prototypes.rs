@@ -85,7 +85,8 @@ impl Prototypes {
                     self.layout
                         .of(recording.channels(), &recording.observation(*k))
                 };
-                let signatures: Vec<f32> = snapshots.iter().filter_map(signature).flatten().collect();
+                let signatures: Vec<f32> =
+                    snapshots.iter().filter_map(signature).flatten().collect();
                 self.most_like_each(&signatures)
             })
             .collect();

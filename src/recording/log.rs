@@ -15,6 +15,7 @@ pub struct Log {
 
 /// Where a recording's odometry comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum OdometrySource {
     /// The log states it beside the pose.
     Stated,

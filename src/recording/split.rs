@@ -35,6 +35,7 @@ pub struct SplitConfig {
 /// What a split never cuts. Written `"runs"`, `"15m"` or `"auto"`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
+#[non_exhaustive]
 pub enum Unit {
     /// Whole runs where there are at least [`ENOUGH_RUNS`], else stretches of [`AUTO_STRETCH_M`].
     Auto,

@@ -19,7 +19,15 @@ pub fn table(record: &Record) -> Table {
     let reduction = |prior: &String| format!("{} %", plus_minus(prior));
     headers.extend(priors.iter().map(reduction));
     headers.extend(
-        ["found %", "after m", "<1m at m", "error m", "tracked m", "bytes"].map(String::from),
+        [
+            "found %",
+            "after m",
+            "<1m at m",
+            "error m",
+            "tracked m",
+            "bytes",
+        ]
+        .map(String::from),
     );
     let mut table = Table::new(headers);
     let mut is_marked = false;
@@ -81,9 +89,8 @@ pub fn table(record: &Record) -> Table {
         table.caption(line);
     }
     if is_marked {
-        table.caption(
-            "* over fewer than 10 trials, or those of a single run or stretch: uncertain",
-        );
+        table
+            .caption("* over fewer than 10 trials, or those of a single run or stretch: uncertain");
     }
     table
 }

@@ -38,6 +38,7 @@ pub struct Panel {
 
 /// How neighbouring points are joined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Trace {
     /// By straight lines.
     Line,

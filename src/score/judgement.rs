@@ -43,6 +43,7 @@ impl Default for Effort {
 /// assert_eq!(judgement.ci95, Some([1.0, 1.0]));
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Judgement {
     /// Data points N.
     pub n: usize,

@@ -21,6 +21,7 @@ use statrs::function::beta::checked_beta_reg;
 /// assert!((test.p - 0.599).abs() < 1e-3); // printed as 0.60: no difference to speak of
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct PairedT {
     /// Above 0 where the first system's values are the greater.
     pub t: f64,

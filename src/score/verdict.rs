@@ -19,6 +19,7 @@ use serde::Serialize;
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Verdict {
     #[serde(flatten)]
     /// The judgement of all rows.
@@ -46,6 +47,7 @@ pub struct Verdict {
 
 /// The table of one distance travelled (Duckett & Nehmzow 1998, 6.5).
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct AtDistance {
     /// Metres travelled.
     pub distance_m: f64,

@@ -273,7 +273,11 @@ fn a_system_that_fails_is_named_in_its_cell_and_the_others_go_on() {
     // One reason, one line, however many sections it spoils.
     let line = "failed: [standard] [recognition] [error_reduction] ball on B: ball: ";
     assert_eq!(answer.stderr.matches(line).count(), 1, "{}", answer.stderr);
-    assert!(answer.stdout.contains("lost.safetensors"), "{}", answer.stdout);
+    assert!(
+        answer.stdout.contains("lost.safetensors"),
+        "{}",
+        answer.stdout
+    );
     let record: Value =
         serde_json::from_slice(&fs::read(place.path("out/comparison.json")).unwrap()).unwrap();
     let cells = record["standard"]["cells"].as_array().unwrap();
@@ -291,7 +295,11 @@ fn a_dataset_without_laps_fails_in_its_column() {
     assert!(answer.stdout.contains("[1] B: "), "{}", answer.stdout);
     let lines = answer.stderr.lines();
     let failed: Vec<&str> = lines.filter(|line| line.contains("failed: ")).collect();
-    assert_eq!(failed.len(), 1, "one fault of a dataset, one line: {failed:?}");
+    assert_eq!(
+        failed.len(),
+        1,
+        "one fault of a dataset, one line: {failed:?}"
+    );
     assert!(failed[0].contains(" on B: B: "), "{failed:?}");
     assert!(
         place.files() == ["c.toml", "long.toml", "short.toml"],

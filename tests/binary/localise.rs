@@ -396,7 +396,9 @@ fn a_recording_counts_by_its_content() {
 fn several_models_stand_in_one_table() {
     let place = Workplace::new();
     place.write("walk.csv", corridor_csv(false, true));
-    place.ballmark(&["import", "walk.csv", "-o", "walk.npz"]).done();
+    place
+        .ballmark(&["import", "walk.csv", "-o", "walk.npz"])
+        .done();
     for (name, uncertainty, fold) in [("a", "2m", "3"), ("b", "global", "3"), ("c", "2m", "2")] {
         let model = format!("{name}.safetensors");
         let call = format!(
@@ -410,8 +412,14 @@ fn several_models_stand_in_one_table() {
         call.extend(["walk.npz", "--trials", "4", "--json"]);
         serde_json::from_str(&place.ballmark(&call).done().stdout).unwrap()
     };
-    let (alone, both) = (json(&["a.safetensors"]), json(&["a.safetensors", "b.safetensors"]));
-    for (one, of_both) in [("learned_bits", "learned_bits_2m"), ("random_bits", "random_bits")] {
+    let (alone, both) = (
+        json(&["a.safetensors"]),
+        json(&["a.safetensors", "b.safetensors"]),
+    );
+    for (one, of_both) in [
+        ("learned_bits", "learned_bits_2m"),
+        ("random_bits", "random_bits"),
+    ] {
         assert_eq!(alone[one]["tracking"], both[of_both]["tracking"], "{one}");
     }
     assert_eq!(alone["tracking"], both["learned_2m"]["tracking"]);

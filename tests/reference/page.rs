@@ -230,6 +230,12 @@ impl Source {
             None => &member.name,
         };
         let mut meaning = self.meaning(member, section.item);
+        assert!(
+            !meaning.is_empty(),
+            "{}: `{}` has no documentation; the reference needs its meaning",
+            section.item.name,
+            member.name
+        );
         if let Some(former) = member.serde("alias") {
             let _ = write!(meaning, " Formerly `{former}`, which is still read.");
         }

@@ -203,7 +203,9 @@ impl CompareConfig {
         {
             let travelled = recording.travelled_m();
             let runs = recording.runs().into_iter();
-            let total_m: f64 = runs.map(|run| travelled[run.end - 1] - travelled[run.start]).sum();
+            let total_m: f64 = runs
+                .map(|run| travelled[run.end - 1] - travelled[run.start])
+                .sum();
             let most_m = total_m / protocol.split.folds.max(1) as f64;
             let length_m = (2.0 * standard.trial_m).min(most_m).max(AUTO_STRETCH_M);
             protocol.split.unit = Unit::Stretch(length_m);

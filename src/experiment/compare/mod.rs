@@ -16,13 +16,13 @@ mod registry;
 mod significance;
 mod system;
 
+pub use crate::detector::HandMade;
 pub use config::{CompareConfig, DatasetConfig};
 pub use progress::Progress;
 pub use record::{
     Comparison, ComparisonRecord, DatasetRecord, Outcome, PairedTest, Section, StandardCell,
     SystemRecord, Timing, file_names,
 };
-pub use crate::detector::HandMade;
 pub use registry::Registry;
 pub use system::{System, SystemConfig};
 
@@ -88,7 +88,8 @@ pub fn compare(
         };
         let protocol = Protocol::new(recording, &config.protocol_for(recording));
         if let Ok(protocol) = &protocol {
-            (dataset_record.mapping, dataset_record.testing) = (protocol.mapping.len(), protocol.testing.len());
+            (dataset_record.mapping, dataset_record.testing) =
+                (protocol.mapping.len(), protocol.testing.len());
             dataset_record.notes.extend(protocol.notes.iter().cloned());
         }
         record.datasets.push(dataset_record);

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 /// A comparison and how long it took. As JSON the record's keys stand at the top, and beside them `timing`, which alone
 /// differs from one call to the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Comparison {
     /// What came of it: the same bytes for the same call.
     #[serde(flatten)]
@@ -21,6 +22,7 @@ pub struct Comparison {
 
 /// What came of a comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ComparisonRecord {
     /// Version of this crate that compared.
     pub version: String,
@@ -53,6 +55,7 @@ pub struct ComparisonRecord {
 
 /// A dataset of a comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct DatasetRecord {
     /// What tables call it.
     pub name: String,
@@ -72,6 +75,7 @@ pub struct DatasetRecord {
 
 /// A system of a comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SystemRecord {
     /// What tables call it.
     pub name: String,
@@ -83,6 +87,7 @@ pub struct SystemRecord {
 
 /// One question put to some of the systems on all datasets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Section<C, T> {
     /// How it was put.
     pub config: C,
@@ -95,6 +100,7 @@ pub struct Section<C, T> {
 /// What came of one system on one dataset: never a hole.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Outcome<T> {
     /// An answer.
     Done(T),
@@ -144,6 +150,7 @@ impl<C, T> Section<C, T> {
 
 /// A localiser in the standard experiment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StandardCell {
     /// Places or patterns that it keeps.
     pub places: usize,
@@ -157,6 +164,7 @@ pub struct StandardCell {
 /// Student's t-test for paired samples between two systems, over the datasets on which both gave an answer (Duckett &
 /// Nehmzow 2000, Table 3).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct PairedTest {
     /// Numbers of the two systems.
     pub systems: [usize; 2],
@@ -172,6 +180,7 @@ pub struct PairedTest {
 
 /// Seconds on the machine that compared.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Timing {
     /// Of everything.
     pub seconds: f64,

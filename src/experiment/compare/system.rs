@@ -29,6 +29,7 @@ pub struct SystemConfig {
 
 /// Any kind of system with its constants.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum System {
     /// Answers a snapshot.
     Recogniser(Box<dyn RecogniserConfig>),

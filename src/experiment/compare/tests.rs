@@ -211,15 +211,22 @@ fn a_split_leaves_room_for_trials() {
     };
     let recording = crate::world::corridor::thrun1998(crate::seed::Seed(1), &config).unwrap();
     let with = |protocol: &str| {
-        let text = format!("{DATASET}{SYSTEM}[standard]\n[protocol]\nmapping = 'split'\n{protocol}");
+        let text =
+            format!("{DATASET}{SYSTEM}[standard]\n[protocol]\nmapping = 'split'\n{protocol}");
         let config = CompareConfig::parse(&text).unwrap();
         let protocol = config.protocol_for(&recording);
         let protocol = Protocol::new(&recording, &protocol).unwrap();
-        crate::experiment::standard::trials(&protocol, config.standard.as_ref().unwrap()).map(|_| ())
+        crate::experiment::standard::trials(&protocol, config.standard.as_ref().unwrap())
+            .map(|_| ())
     };
     with("").unwrap();
     with("split = { folds = 3 }").unwrap();
-    assert!(with("split = { unit = '15m' }").unwrap_err().to_string().contains("no trial of 20 m"));
+    assert!(
+        with("split = { unit = '15m' }")
+            .unwrap_err()
+            .to_string()
+            .contains("no trial of 20 m")
+    );
 }
 
 #[test]

@@ -103,7 +103,9 @@ fn what_cannot_be_judged_is_told() {
     assert!(refusal(&building, None, &[9_999], &config).contains("snapshot 9999"));
     world.name = "thrun".into();
     let other = Building::new(&world, None).unwrap();
-    assert!(refusal(&other, Some("d1"), &all, &config).contains("expected `simulated world thrun`"));
+    assert!(
+        refusal(&other, Some("d1"), &all, &config).contains("expected `simulated world thrun`")
+    );
     let odd = LandmarksConfig {
         lamp_within_m: f64::NAN,
         ..config

@@ -132,12 +132,10 @@ fn what_cannot_be_staged_says_what_to_ask_for() {
     );
     let error = refused("laps = { starts_s = [0.0, 9000.0] }", 650);
     assert!(error.to_string().contains("from 0 s to"), "{error}");
-    for (config, key) in [
-        (
-            "mapping = 'split'\ntruth = 'odometry'\nsplit = { test_fold = 0 }",
-            "protocol.truth",
-        ),
-    ] {
+    for (config, key) in [(
+        "mapping = 'split'\ntruth = 'odometry'\nsplit = { test_fold = 0 }",
+        "protocol.truth",
+    )] {
         let error = refused(config, 650);
         assert!(
             error.is_usage() && error.to_string().starts_with(key),
@@ -170,7 +168,10 @@ fn laps_told_by_hand_are_those_that_were_found() {
     };
     let found_again = Protocol::new(&recording, &config).unwrap();
     assert_eq!(found_again.unit, found.unit);
-    assert_eq!((found_again.mapping, found_again.testing), (found.mapping, found.testing));
+    assert_eq!(
+        (found_again.mapping, found_again.testing),
+        (found.mapping, found.testing)
+    );
 }
 
 #[test]

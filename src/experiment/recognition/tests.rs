@@ -1,7 +1,7 @@
 use super::*;
 use crate::{
-    recogniser::BoxedRecogniserConfig,
     experiment::protocol::{Mapping, ProtocolConfig},
+    recogniser::BoxedRecogniserConfig,
     recording::Recording,
     world::corridor::{CorridorConfig, thrun1998},
 };
@@ -97,7 +97,9 @@ fn a_number_that_cannot_be_met_is_named_with_its_dial() {
     let protocol = protocol(&recording);
     let binning = protocol.binning(6.0).unwrap();
     let rce = Kind::Rce.default_config();
-    let error = recognise(&protocol, &binning, &rce, Some(5000), &quick(), Seed(1)).err().unwrap();
+    let error = recognise(&protocol, &binning, &rce, Some(5000), &quick(), Seed(1))
+        .err()
+        .unwrap();
     let error = error.to_string();
     assert!(
         error.starts_with("rce: no radius") && error.contains("5000 responses"),
@@ -109,7 +111,9 @@ fn a_number_that_cannot_be_met_is_named_with_its_dial() {
         ("resamples = 1000001", "recognition.resamples"),
     ] {
         let config: RecognitionConfig = toml::from_str(config).unwrap();
-        let error = recognise(&protocol, &binning, &rce, None, &config, Seed(1)).err().unwrap();
+        let error = recognise(&protocol, &binning, &rce, None, &config, Seed(1))
+            .err()
+            .unwrap();
         assert!(
             error.is_usage() && error.to_string().starts_with(key),
             "{error}"
@@ -126,7 +130,9 @@ fn threads_change_nothing() {
             let protocol = protocol(&recording);
             let binning = protocol.binning(6.0).unwrap();
             let config = Kind::GrowingCells.default_config();
-            recognise(&protocol, &binning, &config, Some(12), &quick(), Seed(1)).unwrap().record
+            recognise(&protocol, &binning, &config, Some(12), &quick(), Seed(1))
+                .unwrap()
+                .record
         })
     };
     assert_eq!(on(1), on(3));

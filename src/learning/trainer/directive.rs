@@ -4,6 +4,7 @@
 ///
 /// A callback that returns nothing lets it go on: `()` becomes [`Directive::Continue`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Directive {
     /// Take the next step.
     #[default]

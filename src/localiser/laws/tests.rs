@@ -396,7 +396,11 @@ impl Localiser for Broken {
         Ok(())
     }
 
-    fn prepare<'a>(&'a self, recording: &'a Recording, _: &[usize]) -> Result<Box<dyn Player + 'a>> {
+    fn prepare<'a>(
+        &'a self,
+        recording: &'a Recording,
+        _: &[usize],
+    ) -> Result<Box<dyn Player + 'a>> {
         Ok(Box::new((self, recording)))
     }
 }
@@ -442,7 +446,12 @@ fn the_public_check_names_the_law_that_is_broken() {
         (Broken::Lazy, "39 answers to a trial of 40"),
         (Broken::TooProbable, "with sum 2"),
     ] {
-        let error = check(&broken, &room, &first_lap(), &trial).unwrap_err().to_string();
-        assert!(error.starts_with("broken breaks a law") && error.contains(law), "{law}: {error}");
+        let error = check(&broken, &room, &first_lap(), &trial)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.starts_with("broken breaks a law") && error.contains(law),
+            "{law}: {error}"
+        );
     }
 }

@@ -377,7 +377,9 @@ impl Recogniser for Broken {
         self.check_channels(channels).ok()?;
         let value = *observation.values.first()?;
         let (class, fit) = match self {
-            Broken::LooksAtOdometry => ((observation.odometry.x_m.abs() * 10.0) as usize % 1000, 1.0),
+            Broken::LooksAtOdometry => {
+                ((observation.odometry.x_m.abs() * 10.0) as usize % 1000, 1.0)
+            }
             Broken::ClassOutOfBounds => (1000, 1.0),
             Broken::FitNotFinite => (0, f64::from(value)),
             Broken::TakesAnySensor | Broken::TogetherOtherwise => (0, 1.0),

@@ -29,6 +29,7 @@ pub struct Sheet {
 
 /// Who a table is for, which decides where it goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reader {
     /// Whoever looks at the terminal, and everyone below.
     Everyone,

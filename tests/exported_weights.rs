@@ -1,0 +1,176 @@
+//! The arrays of an exported model, put together by the rules that `models/README.md` states and nothing else, compute
+//! what the model itself answers.
+
+use ballmark::{
+    Detector, Pose, Recipe, Recording, Training,
+    detector::net::Activation,
+    recording::{Channel, Columns},
+};
+use ndarray::{Array1, Array2};
+use ndarray_npy::NpzReader;
+use serde_json::Value;
+use std::{fs::File, path::Path};
+
+const BEAMS: usize = 11;
+
+/// A walk of 60 m past readings of all sorts: ten beams and more, some without return, some beyond the clip, and two
+/// values of no range, one of which is missing now and then.
+fn recording() -> Recording {
+    let snapshots = 120;
+    let pose: Vec<Pose> = (0..snapshots)
+        .map(|k| Pose::new(0.5 * k as f64, 0.0, 0.0))
+        .collect();
+    let value = |(k, d): (usize, usize)| match (k * 7 + d * 13) % 17 {
+        0 => f32::NAN,
+        other if d < BEAMS => other as f32 * 0.7 + (k as f32 * 0.31).sin(),
+        other => other as f32 - 5.0,
+    };
+    Recording::new(Columns {
+        channels: vec![
+            channel("laser", BEAMS, "m", Some(30.0)),
+            channel("light", 2, "lx", None),
+        ],
+        values: Array2::from_shape_fn((snapshots, BEAMS + 2), value),
+        stamp_s: (0..snapshots).map(|k| k as f64).collect(),
+        odometry: pose.clone(),
+        pose,
+        run: vec![0; snapshots],
+        ..Columns::default()
+    })
+    .unwrap()
+}
+
+fn channel(name: &str, width: usize, unit: &str, maximum: Option<f64>) -> Channel {
+    let (name, unit) = (name.into(), unit.into());
+    Channel {
+        name,
+        width,
+        unit,
+        bearing_rad: None,
+        maximum,
+    }
+}
+
+struct Exported(NpzReader<File>);
+
+impl Exported {
+    fn vector(&mut self, name: &str) -> Option<Array1<f32>> {
+        self.0.by_name(name).ok()
+    }
+
+    fn matrix(&mut self, name: &str) -> Option<Array2<f32>> {
+        self.0.by_name(name).ok()
+    }
+
+    /// Layers `name.0`, `name.1`, … on some inputs; the last one's sum goes through the activation too in a trunk.
+    fn layers(
+        &mut self,
+        name: &str,
+        mut x: Array1<f32>,
+        activation: fn(f32) -> f32,
+    ) -> Array1<f32> {
+        for l in 0.. {
+            let Some(weight) = self.matrix(&format!("{name}.{l}.weight")) else {
+                break;
+            };
+            x = weight.dot(&x) + self.vector(&format!("{name}.{l}.bias")).unwrap();
+            let is_last = self.matrix(&format!("{name}.{}.weight", l + 1)).is_none();
+            if name == "filter.trunk" || !is_last {
+                x.mapv_inplace(activation);
+            }
+        }
+        x
+    }
+}
+
+/// Rule 1: the inputs before they are normalised.
+fn pooled(channels: &Value, mut raw: &[f32]) -> Vec<f32> {
+    let mut inputs = Vec::new();
+    for channel in channels.as_array().unwrap() {
+        let (own, others) = raw.split_at(channel["width"].as_u64().unwrap() as usize);
+        raw = others;
+        let Some(ranges) = channel["kind"].get("ranges") else {
+            inputs.extend(own);
+            continue;
+        };
+        let clip = ranges["clip"].as_f64().unwrap() as f32;
+        let n = ranges["sectors"].as_u64().unwrap() as usize;
+        for value in ranges["sector_values"].as_array().unwrap() {
+            for s in 0..n {
+                let beams = &own[s * own.len() / n..(s + 1) * own.len() / n];
+                let mut beams: Vec<f32> = beams
+                    .iter()
+                    .map(|r| if r.is_nan() { clip } else { r.clamp(0.0, clip) })
+                    .collect();
+                beams.sort_by(f32::total_cmp);
+                inputs.push(match value.as_str().unwrap() {
+                    "nearest" => beams[0],
+                    "middle" => beams[(beams.len() - 1) / 2],
+                    "farthest" => beams[beams.len() - 1],
+                    other => panic!("{other}"),
+                });
+            }
+        }
+    }
+    inputs
+}
+
+fn answers(file: &Path, recording: &Recording) -> Array2<f32> {
+    let mut exported = Exported(NpzReader::new(File::open(file).unwrap()).unwrap());
+    let meta: Array1<u8> = exported.0.by_name("meta").unwrap();
+    let meta: Value = serde_json::from_slice(&meta.to_vec()).unwrap();
+    let activation = match meta["activation"].as_str().unwrap() {
+        "tanh" => f32::tanh,
+        other => panic!("{other}"),
+    };
+    let mean = exported.vector("input.mean").unwrap();
+    let deviation = exported.vector("input.deviation").unwrap();
+    let features = meta["recipe"]["features"].as_u64().unwrap() as usize;
+    let mut answers = Array2::zeros((recording.len(), features));
+    for (k, raw) in recording.values().rows().into_iter().enumerate() {
+        let x = Array1::from(pooled(&meta["input"]["channels"], &raw.to_vec()));
+        let x = ((x - &mean) / &deviation).mapv(|x| if x.is_nan() { 0.0 } else { x });
+        let trunk = exported.layers("filter.trunk", x, activation);
+        for i in 0..features {
+            let sum = exported.layers(&format!("filter.{i}"), trunk.clone(), activation)[0];
+            answers[[k, i]] = 1.0 / (1.0 + (-sum).exp());
+        }
+    }
+    answers
+}
+
+#[test]
+fn the_stated_rules_compute_what_the_model_answers() {
+    let recording = recording();
+    let mut recipe = Recipe {
+        features: 3,
+        ..Recipe::default()
+    };
+    recipe.input.sectors = 4;
+    recipe.network.trunk = vec![6, 5];
+    recipe.network.hidden = vec![4];
+    recipe.network.activation = Activation::Tanh;
+    recipe.augmentation.shift_m = 0.0; // no bearings, so no moved views
+    recipe.augmentation.turn_rad = 0.0;
+    recipe.descent.steps = 5;
+    let model = Training::new(&recipe, &recording).run().unwrap().model;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("weights.npz");
+    model.write(&file).unwrap();
+
+    let expected = model.detector().probabilities(&recording).unwrap();
+    let found = answers(&file, &recording);
+    let spread = |g: ndarray::ArrayView1<f32>| g.fold(0f32, |m, v| m.max((v - g[0]).abs()));
+    assert!(
+        expected
+            .columns()
+            .into_iter()
+            .all(|g| spread(g.mapv(|v| v as f32).view()) > 0.05)
+    );
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!(
+            (found - *expected as f32).abs() < 1e-5,
+            "{found} instead of {expected}"
+        );
+    }
+}
