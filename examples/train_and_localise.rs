@@ -6,7 +6,7 @@ use ballmark::{
     Recipe, Result, Training,
     experiment::{
         localisation::{LocaliseConfig, localise},
-        methods::Parts,
+        parts::Parts,
     },
     learning::trainer::Directive,
     recording::npz,
@@ -48,7 +48,7 @@ pub fn main() -> Result<()> {
         ..LocaliseConfig::default()
     };
     let parts = Parts::new(&learned.model, &recording, None)?;
-    let record = localise(&learned.model, &parts, &config, &mut |_| ())?;
+    let record = localise(&[&learned.model], &parts, &config, &mut |_| ())?;
     println!("{}", table(&record).text());
     Ok(())
 }

@@ -56,8 +56,8 @@ pub mod archive;
 // what a robot saw, and the files it comes in
 pub mod recording;
 
-// members that share a trait: configurations, names and files from one list
-mod registry;
+// constants of systems that can learn; members that share a trait, from one list
+pub mod registry;
 
 // simulated buildings and robots that yield Recordings
 pub mod world;

@@ -1,4 +1,95 @@
-//! Lists of members that share a trait: one line each, and configurations, names and files follow.
+//! Constants of systems that can learn, anybody's own among them; and lists of the built-in members that share a trait:
+//! one line each, and configurations, names and files follow.
+
+use crate::error::{Error, Result};
+use serde::Serialize;
+use serde_json::{Map, Value};
+use std::{fmt::Debug, path::PathBuf};
+
+/// The constants of one kind of system: what a configuration may set before anything is learned.
+///
+/// Each room has a trait of its own above this one that says what these constants make: [`RecogniserConfig`],
+/// [`LocaliserConfig`], [`DetectorConfig`]. The built-in kinds implement them, and so may any type of another crate that is
+/// `Debug`, `Clone` and serde's `Serialize` (its constants are kept in records as JSON): such a kind takes part in
+/// comparisons as a built-in one does.
+///
+/// [`RecogniserConfig`]: crate::recogniser::RecogniserConfig
+/// [`LocaliserConfig`]: crate::localiser::LocaliserConfig
+/// [`DetectorConfig`]: crate::detector::DetectorConfig
+pub trait Constants: Debug + Send + Sync {
+    /// The name of the kind, in configurations and records.
+    fn kind(&self) -> &str;
+
+    /// What it is, in a sentence, for records.
+    fn description(&self) -> &str {
+        ""
+    }
+
+    /// # Errors
+    /// A usage error where a constant makes no sense; the message names its key.
+    fn check(&self) -> Result<()> {
+        Ok(())
+    }
+
+    /// Where the constants name the file of a model that `ballmark train` makes: that name. It may be empty; a comparison
+    /// then trains a model on each dataset's mapping part and sets the name.
+    fn model(&mut self) -> Option<&mut PathBuf> {
+        None
+    }
+
+    /// Names of all files that the constants name; a configuration's file names are relative to itself.
+    fn files(&mut self) -> Vec<&mut PathBuf> {
+        self.model().into_iter().collect()
+    }
+}
+
+/// Constants as a JSON object, with the key `kind`.
+pub(crate) fn with_kind(kind: &str, constants: &impl Serialize) -> Result<Value> {
+    let json = serde_json::to_value(constants)
+        .map_err(|e| Error::work(format!("{kind}: constants as JSON: {e}")))?;
+    let mut keys = match json {
+        Value::Object(keys) => keys,
+        Value::Null => Map::new(), // a type without constants
+        other => Map::from_iter([("constants".to_string(), other)]),
+    };
+    keys.insert("kind".into(), kind.into());
+    Ok(Value::Object(keys))
+}
+
+/// For a trait above [`Constants`]: its boxed values can be cloned and written as JSON, because every member can.
+macro_rules! boxed_config {
+    ($trait:ident, $boxed:ident) => {
+        #[doc = concat!("What [`", stringify!($trait), "`] needs of `Clone` and `Serialize`; whatever has both has this.")]
+        pub trait $boxed {
+            /// A copy.
+            fn clone_box(&self) -> Box<dyn $trait>;
+
+            /// The constants as a JSON object, with the key `kind`.
+            ///
+            /// # Errors
+            /// Where a constant has no JSON, such as a map whose keys are no words.
+            fn to_json(&self) -> crate::error::Result<serde_json::Value>;
+        }
+
+        impl<C: $trait + Clone + serde::Serialize + 'static> $boxed for C {
+            fn clone_box(&self) -> Box<dyn $trait> {
+                Box::new(self.clone())
+            }
+
+            fn to_json(&self) -> crate::error::Result<serde_json::Value> {
+                crate::registry::with_kind(crate::registry::Constants::kind(self), self)
+            }
+        }
+
+        impl Clone for Box<dyn $trait> {
+            fn clone(&self) -> Self {
+                (**self).clone_box()
+            }
+        }
+    };
+}
+
+pub(crate) use boxed_config;
 
 /// Makes of a list of members the enumerations `Kind` (which), `Config` (its constants) and `Learned` (what it made of a
 /// recording), the function `learn`, and reading and writing of files.
@@ -30,7 +121,7 @@ macro_rules! registry {
             }
 
             /// The name that configurations and files of the version before used, where it was another one.
-            fn former_name(self) -> Option<&'static str> {
+            pub fn former_name(self) -> Option<&'static str> {
                 match self { $(Kind::$kind => [$($former)?].first().copied(),)* }
             }
 

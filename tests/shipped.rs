@@ -6,7 +6,7 @@
 use ballmark::{
     belief::{Neighbours, Uncertainty},
     detector::Detector,
-    experiment::{held_out, methods::Parts},
+    experiment::{held_out, parts::Parts},
     model::Model,
     recording::{Recording, npz},
     seed::Seed,

@@ -57,7 +57,9 @@ Kinds of localisers ([standard]): {}.
 
 Landmarks chosen by people ([error_reduction], [landmarks]): {}.
 
-A system that fails is told in its cell, with the reason below the table, and stops nobody else.
+Kinds of one's own: a program that uses the library registers them (examples/own_recogniser.rs).
+
+A system that fails on a dataset says so in its cell, with the reason below the table; the others go on.
 
 Exit status: 0 done, 1 nothing could be compared, 2 the call or the configuration is wrong, 3 done, but some cells failed.
 
@@ -89,7 +91,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     )
 }
 
-/// Makes a folder that results go to. One that takes no file is told now, not after the work.
+/// Makes a folder that results go to. One that takes no file is an error now, not after the work.
 pub(super) fn make_writable(folder: &Path) -> Result<()> {
     storage::make_folder(folder)?;
     tempfile::tempfile_in(folder).map_err(|e| Error::io("cannot write to", folder, e))?;
@@ -122,13 +124,39 @@ pub(super) fn tell(
     } else {
         print(&text(record, &sheets))?;
     }
-    for [section, system, dataset, why] in &failures {
-        warn(&format!("failed: [{section}] {system} on {dataset}: {why}"));
+    for line in failure_lines(&failures) {
+        warn(&line);
     }
     Ok(match failures.is_empty() {
         true => Outcome::Done,
         false => Outcome::Lossy,
     })
+}
+
+/// A line a reason: what several cells of a dataset fail of is one line.
+fn failure_lines(failures: &[[&str; 4]]) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    let mut done: Vec<[&str; 2]> = Vec::new();
+    for &[_, _, dataset, why] in failures {
+        if done.contains(&[dataset, why]) {
+            continue;
+        }
+        done.push([dataset, why]);
+        let alike = failures.iter().filter(|f| f[2..] == [dataset, why]);
+        let (mut sections, mut systems): (Vec<String>, Vec<&str>) = (Vec::new(), Vec::new());
+        for [section, system, ..] in alike {
+            let section = format!("[{section}]");
+            if !sections.contains(&section) {
+                sections.push(section);
+            }
+            if !systems.contains(system) {
+                systems.push(system);
+            }
+        }
+        let (sections, systems) = (sections.join(" "), systems.join(", "));
+        lines.push(format!("failed: {sections} {systems} on {dataset}: {why}"));
+    }
+    lines
 }
 
 /// Compares as a file says, but for another seed, or at toy size.
@@ -160,7 +188,7 @@ pub(super) fn compared(
     };
     let mut progress: Option<Progress> = None;
     let compared = compare(&config, folders, &mut |at| {
-        let bar = progress.get_or_insert_with(|| Progress::new("comparing", at.of));
+        let bar = progress.get_or_insert_with(|| Progress::new("comparing", at.all));
         bar.at(at.done, at.now);
     });
     if let Some(bar) = progress {

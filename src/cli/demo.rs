@@ -3,17 +3,15 @@
 use super::{
     Outcome, features,
     localise::{self, write_config, write_report, write_text},
-    print,
-    progress::Progress,
-    train, warn,
+    print, train, warn,
 };
 use crate::{
     belief::Uncertainty,
     detector::Detector,
     error::Result,
     experiment::{
-        localisation::{self, LocaliseConfig, Record},
-        methods::Parts,
+        localisation::{LocaliseConfig, Record},
+        parts::Parts,
     },
     learning::Recipe,
     model::{Model, Training},
@@ -61,7 +59,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     npz::write(&dataset, &thrun1998(Seed(arguments.seed), &corridor)?)?;
     let recording = npz::read(&dataset)?; // with its checksum, as any user has it
 
-    let mut record: Option<Record> = None;
+    let mut models = Vec::new();
     for (prior, words) in [("2m", "for ±2 m"), ("global", "for no idea where")] {
         let model = learn(&arguments, prior.parse()?, &recording)?;
         model.write(&folder.join(format!("corridor-{prior}.safetensors")))?;
@@ -78,33 +76,22 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         for (ending, plot) in plots {
             write_text(&folder.join(format!("features-{prior}.{ending}")), &plot)?;
         }
-
-        let (name, title) = (
-            if prior == "2m" {
-                "learned_2m"
-            } else {
-                "learned_global"
-            },
-            format!("4 learned, {}", if prior == "2m" { "±2 m" } else { prior }),
-        );
-        let played = localise(&arguments, &model, &recording, record.is_none(), &title)?;
-        record = Some(together(record, played, name, title));
+        models.push(model);
     }
-    if let Some(record) = &record {
-        write_report(folder, "Simulated corridor", record)?;
-        let words = format!(
-            "{} runs along an 89 m corridor, {} snapshots of 24 sonars; every fourth run\nis kept for the trials.\n\n{}",
-            recording.runs().len(),
-            recording.len(),
-            tables::table(record).text()
-        );
-        let json = || localise::json(record, started.elapsed().as_secs_f64());
-        print(&if arguments.json {
-            format!("{}\n", json()?)
-        } else {
-            words
-        })?;
-    }
+    let record = localise(&arguments, &models, &recording)?;
+    write_report(folder, "Simulated corridor", &record)?;
+    let words = format!(
+        "{} runs along an 89 m corridor, {} snapshots of 24 sonars; every fourth run\nis kept for the trials.\n\n{}",
+        recording.runs().len(),
+        recording.len(),
+        tables::table(&record).text()
+    );
+    let json = || localise::json(&record, started.elapsed().as_secs_f64());
+    print(&if arguments.json {
+        format!("{}\n", json()?)
+    } else {
+        words
+    })?;
     warn(&format!(
         "dataset, models, tables and pictures are in {} ({:.0} s in all)",
         folder.display(),
@@ -135,18 +122,8 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
     Ok(learned.model)
 }
 
-/// Plays the trials with a model's filters, and, with `baselines`, with these too: they are the same for every model.
-fn localise(
-    arguments: &Arguments,
-    model: &Model,
-    recording: &Recording,
-    baselines: bool,
-    title: &str,
-) -> Result<Record> {
-    let mut parts = Parts::new(model, recording, None)?;
-    if !baselines {
-        parts.source = None;
-    }
+/// Plays the trials with both models' filters and the baselines, one line a model.
+fn localise(arguments: &Arguments, models: &[Model], recording: &Recording) -> Result<Record> {
     let mut config = LocaliseConfig {
         seed: arguments.seed,
         ..LocaliseConfig::default()
@@ -155,32 +132,14 @@ fn localise(
         config.trials = 8;
         config.resamples = 100;
     }
-    write_config(&arguments.out, &config, model, recording)?;
-    let mut progress = Progress::new("localising", parts.methods(model));
-    let mut played = 0;
-    let record = localisation::localise(model, &parts, &config, &mut |who| {
-        progress.at(played, if played == 0 { title } else { who });
-        played += 1;
-    })?;
-    progress.done();
-    Ok(record)
-}
-
-/// The learned filters of both models, then the baselines: all have played the same trials.
-fn together(
-    first: Option<Record>,
-    mut second: Record,
-    name: &'static str,
-    title: String,
-) -> Record {
-    second.results.retain(|s| s.name != "learned_bits"); // one line a model
-    second.results[0].name = name;
-    second.results[0].title = title;
-    match first {
-        None => second,
-        Some(mut all) => {
-            all.results.insert(1, second.results.swap_remove(0));
-            all
-        }
+    for model in models {
+        write_config(&arguments.out, &config, model, recording)?;
     }
+    let models: Vec<&Model> = models.iter().collect();
+    let parts = Parts::new(models[0], recording, None)?;
+    let mut record = localise::play(&models, &parts, &config)?;
+    record
+        .results
+        .retain(|result| !result.name.starts_with("learned_bits"));
+    Ok(record)
 }

@@ -6,7 +6,7 @@ use crate::{
     error::{Error, Result},
     experiment::{
         localisation::{self, LocaliseConfig, Record},
-        methods::{Parts, odometry_is_the_truth},
+        parts::{Parts, odometry_is_the_truth},
     },
     model::Model,
     recording::{Recording, npz},
@@ -22,18 +22,15 @@ use std::{
 ///
 /// Given the dataset that the model was trained on, the trials run on its test part (`ballmark train --test-fold`), or
 /// on the validation part where there is none. Given another dataset, they run on all of it; the baselines then need
-/// --trained-on.
+/// --trained-on. Several models, trained on the same dataset with the same split, stand in one table.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark localise models/corridor-2m.safetensors \\
     datasets/corridor-small.npz --trials 20")]
 pub struct Arguments {
-    /// Model, as `ballmark train` writes it.
-    #[arg(value_name = "M.safetensors")]
-    model: PathBuf,
-    /// Dataset to localise in.
-    #[arg(value_name = "D.npz")]
-    dataset: PathBuf,
+    /// Models, as `ballmark train` writes them, one or more, and at the end the dataset to localise in.
+    #[arg(value_names = ["M.safetensors", "D.npz"], num_args = 2.., required = true)]
+    files: Vec<PathBuf>,
     /// The dataset that the model was trained on, where that is another one (several in the order of the training): the
     /// baselines need it.
     #[arg(long, value_name = "T.npz", num_args = 1..)]
@@ -67,25 +64,27 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     if let Some(folder) = &arguments.out {
         storage::make_folder(folder)?; // a wrong name fails now, not after the trials
     }
-    let model = Model::read(&arguments.model)?;
+    let Some((dataset, models)) = arguments.files.split_last() else {
+        return Err(Error::usage("no files; expected M.safetensors D.npz")); // clap sees to it
+    };
+    let models = models.iter().map(|file| Model::read(file));
+    let models = models.collect::<Result<Vec<Model>>>()?;
+    let models: Vec<&Model> = models.iter().collect();
+    let model = models[0];
     // A model that learned in the plane has no use for a route.
     let as_learned = |recording: Recording| match model.places() {
         Places::Plane(_) => recording.in_the_plane(),
         Places::Route(_) => recording,
     };
-    let recording = as_learned(npz::read(&arguments.dataset)?);
+    let recording = as_learned(npz::read(dataset)?);
     let trained_on = match arguments.trained_on.as_slice() {
         [] => None,
         datasets => Some(as_learned(read_all(datasets)?)),
     };
     let in_dataset = |e: Error| {
-        if e.is_usage() {
-            e
-        } else {
-            e.in_file(&arguments.dataset)
-        }
+        if e.is_usage() { e } else { e.in_file(dataset) }
     };
-    let parts = Parts::new(&model, &recording, trained_on).map_err(in_dataset)?;
+    let parts = Parts::new(model, &recording, trained_on).map_err(in_dataset)?;
     if parts.source.is_none() {
         warn(
             "note: no baselines: they learn from the dataset that the model was trained on; name it with --trained-on",
@@ -97,18 +96,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         );
     }
     let started = Instant::now();
-    let mut progress = Progress::new("localising", parts.methods(&model));
-    let mut played = 0;
-    let record = localisation::localise(&model, &parts, &config, &mut |who| {
-        progress.at(played, who);
-        played += 1;
-    })
-    .map_err(in_dataset)?;
-    progress.done();
+    let record = play(&models, &parts, &config).map_err(in_dataset)?;
     let seconds = started.elapsed().as_secs_f64();
     if let Some(folder) = &arguments.out {
         write_report(folder, "Localisation on unseen runs", &record)?;
-        write_config(folder, &config, &model, &recording)?;
+        for model in models {
+            write_config(folder, &config, model, &recording)?;
+        }
     }
     if arguments.json {
         print(&format!("{}\n", json(&record, seconds)?))?;
@@ -121,6 +115,19 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         print(&table.text())?;
     }
     Ok(Outcome::Done)
+}
+
+/// Plays the trials, with a bar.
+pub(super) fn play(models: &[&Model], parts: &Parts, config: &LocaliseConfig) -> Result<Record> {
+    let mut bar: Option<Progress> = None;
+    let record = localisation::localise(models, parts, config, &mut |at| {
+        let bar = bar.get_or_insert_with(|| Progress::new("localising", at.all));
+        bar.at(at.done, at.next);
+    })?;
+    if let Some(bar) = bar {
+        bar.done();
+    }
+    Ok(record)
 }
 
 /// Table, curves and pictures of a record, in a folder that exists.
@@ -163,7 +170,7 @@ pub(super) fn write_text(path: &Path, text: &str) -> Result<()> {
     storage::write_file(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// The learned filters' figures at the top, each baseline's under its name.
+/// A single model's figures at the top, those of several, and each baseline's, under their names.
 pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
     let failed = |e: serde_json::Error| Error::work(format!("result: {e}"));
     let mut all = serde_json::json!({
@@ -183,7 +190,7 @@ pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
                     all[key] = field;
                 }
             }
-            other => all[result.name] = other,
+            other => all[&result.name] = other,
         }
     }
     Ok(all)

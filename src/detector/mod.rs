@@ -2,6 +2,7 @@
 
 mod camera;
 pub mod ceiling_light;
+mod config;
 pub mod device;
 pub mod door;
 pub mod filters;
@@ -9,6 +10,8 @@ pub mod input;
 pub mod net;
 pub mod random_projection;
 pub mod stacked;
+
+pub use config::{BoxedDetectorConfig, DetectorConfig, HandMade};
 
 use crate::{
     error::{Error, Result},

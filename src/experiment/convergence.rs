@@ -38,6 +38,16 @@ pub struct Row {
     pub trials: usize,
 }
 
+/// With fewer trials than this a mean is marked as uncertain.
+const FEW_TRIALS: usize = 10;
+
+impl Row {
+    /// Is the mean over fewer than ten trials, or over those of a single run or stretch?
+    pub fn is_uncertain(&self) -> bool {
+        self.trials < FEW_TRIALS || self.ci95_m.is_none()
+    }
+}
+
 /// First distance from which the expected error stays under 1 m for 5 m of travel (or to the trial's end, if that is
 /// at least 2 m away) with the truth within 1 m of the mode; `None` where there is none.
 pub fn converged_at_m(trial: &Trial, answers: &Answers) -> Option<f64> {
@@ -145,12 +155,10 @@ pub fn error_curve(
     rows
 }
 
-/// First distance at which the mean curve is under 1 m; `None` where it never is.
-pub fn mean_below_1m_at_m(curve: &[Row]) -> Option<f64> {
-    curve
-        .iter()
-        .find(|row| row.expected_error_m < SURE_WITHIN_M)
-        .map(|row| row.distance_m)
+/// First row at which the mean curve is under 1 m; `None` where it never is.
+pub fn mean_below_1m(curve: &[Row]) -> Option<&Row> {
+    let mut rows = curve.iter();
+    rows.find(|row| row.expected_error_m < SURE_WITHIN_M)
 }
 
 #[cfg(test)]
@@ -222,6 +230,7 @@ mod tests {
         assert_eq!(curve[0].ci95_m, Some([4.0, 8.0]));
         assert_eq!(curve[2].ci95_m, None); // two stretches: the bootstrap sees one alone often enough
         assert_eq!((curve[1].trials, curve[2].trials), (2, 1));
-        assert_eq!(mean_below_1m_at_m(&curve), None);
+        assert_eq!(mean_below_1m(&curve), None);
+        assert!(curve[0].is_uncertain()); // two trials
     }
 }

@@ -2,10 +2,11 @@
 
 use super::{
     held_out,
-    methods::{BaselineContext, Method, TrainingSource},
+    methods::{AnswersBy, Method, MethodContext},
+    parts::TrainingSource,
 };
 use crate::{
-    belief::{Neighbours, Places, Uncertainty},
+    belief::{Places, Uncertainty},
     detector::input::{Input, InputConfig, SectorValue},
     error::Result,
     learning::training_set::covered,
@@ -16,12 +17,13 @@ use crate::{
     },
 };
 use ndarray::{Array2, Axis};
+use std::sync::Arc;
 
 /// Moved views that a scan is kept in besides the recorded one.
 const VIEWS: usize = 24;
 
 /// Do the channels that a model works from look different from a moved place? Then scans can be kept in views.
-pub(super) fn moves_show(input: &InputConfig, recording: &Recording) -> bool {
+fn moves_show(input: &InputConfig, recording: &Recording) -> bool {
     let wanted = |name: &String| input.channels.is_empty() || input.channels.contains(name);
     recording
         .channels()
@@ -31,39 +33,36 @@ pub(super) fn moves_show(input: &InputConfig, recording: &Recording) -> bool {
 
 /// The raw-scan kernel, and where moves show, the same with [`VIEWS`] moved views of every scan: 25 times the memory and
 /// the time.
-pub(super) fn kernels(
-    context: &BaselineContext,
-    source: &TrainingSource,
-    cells: &Neighbours,
-) -> Result<Vec<Method>> {
+pub(super) fn kernels<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
+    let source = context.source()?;
     // Raw scans, nearest reading of each sector; one common scale a channel keeps distances in proportion.
     let config = InputConfig {
         sector_values: vec![SectorValue::Nearest],
-        ..context.model.header.recipe.input.clone()
+        ..context.model().header.recipe.input.clone()
     };
     let input = Input::fit(&config, &source.recording, &source.training)?.with_common_scale();
-    let of_school = input.transform(&source.recording)?;
-    let recorded = of_school.select(Axis(0), &source.training);
+    let of_source = input.transform(&source.recording)?;
+    let recorded = of_source.select(Axis(0), &source.training);
     let queries = Queries {
-        of_school,
+        of_source,
         unseen: input
             .transform(context.parts.run)?
             .select(Axis(0), &context.parts.unseen),
     };
 
     let mut views = vec![recorded];
-    let mut all = vec![queries.contend(context, source, &views, cells.clone())?];
+    let mut all = vec![queries.method(context, source, &views)?];
     let drawing = Views::of(&source.recording)?.filter(|_| moves_show(&config, &source.recording));
     if let Some(drawing) = drawing {
         for view in 0..VIEWS {
-            let mut random = context.seed.numbered_stream("moved views", view as u64);
+            let mut random = context.seed().numbered_stream("moved views", view as u64);
             let moved = drawing.drawn(&source.training, &Moves::default(), &mut random)?;
             views.push(input.transform(&moved)?);
         }
         all.push(Method {
-            name: "kernel_views",
+            name: "kernel_views".into(),
             title: format!("kernel, {VIEWS} views"),
-            ..queries.contend(context, source, &views, cells.clone())?
+            ..queries.method(context, source, &views)?
         });
     }
     Ok(all)
@@ -72,24 +71,23 @@ pub(super) fn kernels(
 /// What is asked, as inputs `[snapshot, input]`.
 struct Queries {
     /// All that the source recorded.
-    of_school: Array2<f32>,
+    of_source: Array2<f32>,
     /// The unseen part of the run.
     unseen: Array2<f32>,
 }
 
 impl Queries {
-    fn contend(
+    fn method<'a>(
         &self,
-        context: &BaselineContext,
+        context: &MethodContext<'a>,
         source: &TrainingSource,
         views: &[Array2<f32>],
-        cells: Neighbours,
-    ) -> Result<Method> {
-        let (model, parts) = (context.model, context.parts);
+    ) -> Result<Method<'a>> {
+        let (model, parts) = (context.model(), context.parts);
         let places = model.places();
-        let school_places = Places::of(&source.recording);
-        let validation = covered(&school_places, &source.validation, &places);
-        let tuned = self.tuning(&school_places, &validation, &places, views);
+        let source_places = Places::of(&source.recording);
+        let validation = covered(&source_places, &source.validation, &places);
+        let tuned = self.tuning(&source_places, &validation, &places, views);
         let square = least_mean_squares(self.unseen.view(), views);
         let held_out = context.on_counted(|prior, truths| {
             let is_counted = |row: &usize| truths.binary_search(&parts.unseen[*row]).is_ok();
@@ -109,38 +107,39 @@ impl Queries {
         let sensor = PreparedKernel::new(
             parts.unseen.clone(),
             square,
-            cells.into(),
+            Arc::clone(&context.cells),
             bandwidth,
             chance,
         );
         Ok(Method {
-            name: "kernel",
+            name: "kernel".into(),
             title: "raw-scan kernel".into(),
             bandwidth: Some(bandwidth),
             bytes_per_place: Some(size_of::<f32>() * values),
+            motion: None,
             held_out,
-            sensor: Some(Box::new(sensor)),
+            answers: AnswersBy::PreparedSensor(Box::new(sensor)),
         })
     }
 
     /// The bandwidth of least error on the validation part, by prior.
     fn tuning<'a>(
         &self,
-        school_places: &'a Places,
+        source_places: &'a Places,
         validation: &'a [usize],
         places: &'a Places,
         views: &[Array2<f32>],
     ) -> impl Fn(Uncertainty) -> f64 + 'a {
-        let seen = self.of_school.select(Axis(0), validation);
+        let seen = self.of_source.select(Axis(0), validation);
         let square = least_mean_squares(seen.view(), views);
         move |prior| {
-            let counted = held_out::counted(prior, school_places, validation, places);
+            let counted = held_out::counted(prior, source_places, validation, places);
             let rows: Vec<usize> = (0..validation.len())
                 .filter(|&row| counted.contains(&validation[row]))
                 .collect();
             held_out::tuned_bandwidth(
                 prior,
-                &school_places.select(&counted),
+                &source_places.select(&counted),
                 places,
                 square.select(Axis(0), &rows).view(),
             )

@@ -1,7 +1,7 @@
 //! Landmarks chosen by people, held against the plan: how often a door or a ceiling light is found where there is one.
 //!
 //! T98 compares BaLL with doors (Koenig & Simmons 1996) and ceiling lights (King & Weiman 1990) and doesn't tell how well
-//! these were found (5.1.2). In a simulated building it can be told: the detectors work from sensor values, the truth comes
+//! these were found (5.1.2). In a simulated building it can be measured: the detectors work from sensor values, the truth comes
 //! from the plan.
 
 use crate::{
@@ -91,7 +91,7 @@ impl LandmarkRecord {
                 (false, false) => {}
             }
         }
-        let share = |of: usize| (of > 0).then(|| found as f64 / of as f64);
+        let share = |all: usize| (all > 0).then(|| found as f64 / all as f64);
         Self {
             detector: detector.into(),
             snapshots,

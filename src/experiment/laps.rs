@@ -9,7 +9,7 @@
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// How laps are found, or told. Times and thresholds are ours: the papers divide by hand.
+/// How laps are found, or given. Times and thresholds are ours: the papers divide by hand.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LapsConfig {
@@ -251,8 +251,8 @@ impl Trace {
             let mut offset = [0.0; 2];
             for &k in &of_lap {
                 let share = (self.travelled_m[k] - starts[number]) / length;
-                let there = first(share.rem_euclid(1.0));
-                (0..2).for_each(|axis| offset[axis] += there[axis] - corrected[k][axis]);
+                let point = first(share.rem_euclid(1.0));
+                (0..2).for_each(|axis| offset[axis] += point[axis] - corrected[k][axis]);
             }
             for &k in &of_lap {
                 (0..2).for_each(|axis| corrected[k][axis] += offset[axis] / of_lap.len() as f64);

@@ -1,118 +1,26 @@
-//! Global localisation and position tracking on unseen runs: everybody plays the same trials.
+//! Global localisation and position tracking on unseen runs: every method plays the same trials.
+
+pub use super::localise_config::LocaliseConfig;
 
 use super::{
-    convergence::{
-        Answers, Row, converged_at_m, error_curve, mean_below_1m_at_m, median_distance_m,
-    },
-    methods::{BaselineContext, Method, Parts, methods},
+    convergence::{Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m},
+    line_up::line_up,
+    methods::{AnswersBy, Method, MethodContext},
+    parts::Parts,
     trials::{self, Drawing, Trial},
 };
 use crate::{
-    belief::{Belief, Evidence, Grid, GridConfig, Neighbours, OdometryMotion, Uncertainty},
+    belief::{Belief, Neighbours, OdometryMotion, Uncertainty},
     error::{Error, Result},
+    geometry::Pose,
     learning::error_reduction::ErrorReduction,
-    localiser::BayesLocaliser,
+    localiser::{BayesLocaliser, Estimate, Localiser, PreparedSensorModel, Step},
     model::Model,
-    seed::Seed,
+    seed::Stream,
 };
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-use std::{collections::BTreeSet, sync::Arc};
-
-/// How trials are played.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LocaliseConfig {
-    /// The one seed of the run: starts, random planes, sampled features, bootstrap.
-    pub seed: u64,
-    /// Number of trials, their starts drawn evenly over the unseen stretches.
-    pub trials: usize,
-    /// Metres between two snapshots (Thrun 1998, 5.2.4).
-    pub spacing_m: f64,
-    /// A start leaves at least this much of its stretch.
-    pub shortest_m: f64,
-    /// A trial ends after this much.
-    pub longest_m: f64,
-    /// A stretch ends where its way leads for more than this through places that training never saw.
-    pub longest_gap_m: f64,
-    /// How answers become likelihoods.
-    pub evidence: Evidence,
-    /// Cells of the belief.
-    pub grid: GridConfig,
-    /// What the filter believes of odometry; nothing said: what the model learned of it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub motion: Option<OdometryMotion>,
-    /// Position tracking starts with this standard deviation around the truth …
-    pub start_spread_m: f64,
-    /// … and this one in heading.
-    pub start_spread_rad: f64,
-    /// Resamples of the bootstrap.
-    pub resamples: usize,
-}
-
-impl Default for LocaliseConfig {
-    fn default() -> Self {
-        Self {
-            seed: 1,
-            trials: 60,
-            spacing_m: 0.5,
-            shortest_m: 5.0,
-            longest_m: 30.0,
-            longest_gap_m: 3.0,
-            evidence: Evidence::MeanField,
-            grid: GridConfig::default(),
-            motion: None,
-            start_spread_m: 0.3,
-            start_spread_rad: 0.1,
-            resamples: 1000,
-        }
-    }
-}
-
-impl LocaliseConfig {
-    /// # Errors
-    /// Where a value makes no sense; the message names the key.
-    pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, expected: &str| {
-            Err(Error::usage(format!("localise.{key}: expected {expected}")))
-        };
-        let positive = |v: f64| v.is_finite() && v > 0.0;
-        if self.trials == 0 || self.resamples == 0 {
-            return wrong("trials, localise.resamples", "at least 1 of each");
-        }
-        if self.trials > 100_000 || self.resamples > 1_000_000 {
-            return wrong(
-                "trials, localise.resamples",
-                "at most 100,000 and 1,000,000",
-            );
-        }
-        if !(self.spacing_m >= 0.01 && self.spacing_m <= self.shortest_m) {
-            return wrong(
-                "spacing_m",
-                "at least 0.01 m and at most localise.shortest_m",
-            );
-        }
-        if !positive(self.shortest_m)
-            || !positive(self.longest_m)
-            || self.shortest_m > self.longest_m
-        {
-            return wrong(
-                "shortest_m, localise.longest_m",
-                "positive numbers of metres, the first not above the second",
-            );
-        }
-        if !(self.longest_gap_m.is_finite() && self.longest_gap_m >= 0.0) {
-            return wrong("longest_gap_m", "0 or more metres");
-        }
-        if !positive(self.start_spread_m) || !positive(self.start_spread_rad) {
-            return wrong(
-                "start_spread_m, localise.start_spread_rad",
-                "positive numbers",
-            );
-        }
-        Ok(())
-    }
-}
+use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// How one method did in one kind of trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -124,6 +32,10 @@ pub struct TrialSummary {
     pub distance_to_converge_m: Option<f64>,
     /// Distance at which the mean curve passes 1 m.
     pub mean_error_below_1m_at_m: Option<f64>,
+    /// Trials that go so far, over which that mean is.
+    pub mean_error_below_1m_trials: Option<usize>,
+    /// Are these fewer than ten, or all in one run or stretch? Then other trials might give another distance altogether.
+    pub mean_error_below_1m_is_uncertain: bool,
     /// The mean curve.
     pub error_by_distance: Vec<Row>,
 }
@@ -134,7 +46,7 @@ pub struct TrialSummary {
 pub struct MethodResult {
     /// Key in results.
     #[serde(skip)]
-    pub name: &'static str,
+    pub name: String,
     /// In words.
     pub title: String,
     /// Of a kernel, in deviations of the inputs.
@@ -177,154 +89,285 @@ pub struct Record {
     pub covered: usize,
     /// Is the unseen part the one that stopped the training?
     pub unseen_is_validation: bool,
-    /// The learned filters first.
+    /// Priors of the single-snapshot figures.
+    pub priors: Vec<Uncertainty>,
+    /// In the order that the methods played.
     pub results: Vec<MethodResult>,
 }
 
-/// Plays all trials with all methods. `progress` is told who plays next.
+/// Plays all trials with the [default line-up](line_up) of these models. All of them must have learned from the same
+/// snapshots; `parts` are those of the first. `progress` is called with each method that plays.
 ///
 /// # Errors
-/// Where the unseen part allows no trial, or the run lacks the model's sensors.
+/// Where the unseen part allows no trial, the run lacks the models' sensors, or the models learned from different places.
 pub fn localise(
-    model: &Model,
+    models: &[&Model],
     parts: &Parts,
     config: &LocaliseConfig,
-    progress: &mut dyn FnMut(&str),
+    progress: &mut dyn FnMut(Progress),
 ) -> Result<Record> {
-    config.check()?;
-    let seed = Seed(config.seed);
-    let near = Neighbours::find(
-        &model.places(),
-        &parts.places,
-        &model.header.recipe.map.nearness,
-    )?;
-    let stretches = trials::stretches(
-        parts.run,
-        &parts.unseen,
-        |k| near.is_mapped(k),
-        config.longest_gap_m,
-    );
-    let drawing = Drawing {
-        count: config.trials,
-        spacing_m: config.spacing_m,
-        shortest_m: config.shortest_m,
-        longest_m: config.longest_m,
-    };
-    let trials = trials::draw(parts.run, &stretches, &drawing, seed)?;
-    let grid = Arc::new(Grid::over(&model.places(), &config.grid)?);
-    let mut priors = vec![
-        Uncertainty::Window {
-            half_width_m: 2.0,
-            half_turn_rad: Some(0.5),
-        },
-        Uncertainty::Global,
-    ];
-    if !priors.contains(&model.header.prior) {
-        priors.push(model.header.prior);
+    let context = MethodContext::new(models, parts, config)?;
+    let methods = line_up(&context)?;
+    play(&context, methods, progress)
+}
+
+/// How far the trials are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress<'a> {
+    /// Methods that have played.
+    pub done: usize,
+    /// Methods in all.
+    pub all: usize,
+    /// Title of the one that plays next.
+    pub next: &'a str,
+}
+
+/// Plays all trials with these methods, to be made by `context`.
+///
+/// # Errors
+/// Where the unseen part allows no trial, two methods have one name, or a method fails; the message names it.
+pub fn play(
+    context: &MethodContext,
+    methods: Vec<Method>,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Record> {
+    let parts = context.parts;
+    let mut names = BTreeSet::new();
+    if let Some(twice) = methods.iter().find(|method| !names.insert(&method.name)) {
+        return Err(Error::usage(format!(
+            "two methods named `{}`; expected a name of its own for each",
+            twice.name.escape_debug()
+        )));
     }
-    let context = BaselineContext {
-        model,
-        parts,
-        grid: &grid,
-        evidence: config.evidence,
-        priors: &priors,
-        seed,
-    };
+    let trials = drawn(context)?;
+    let all = methods.len();
     let mut results = Vec::new();
-    for method in methods(&context)? {
-        progress(&method.title);
-        let motion = config.motion.as_ref().unwrap_or(&model.header.motion);
+    for (done, method) in methods.into_iter().enumerate() {
+        progress(Progress {
+            done,
+            all,
+            next: &method.title,
+        });
         let play = |known_start: bool| {
-            summary(
-                &method,
-                &trials,
-                (parts, motion),
-                &grid,
-                config,
-                known_start,
-            )
+            let summary = summary(&method, &trials, context, known_start);
+            summary.map_err(|e| e.context(&method.name))
         };
         let (global, tracking) = (play(false)?, play(true)?);
-        let scores = priors.iter().zip(method.held_out);
+        let scores = context.priors.iter().zip(&method.held_out);
         results.push(MethodResult {
+            held_out: scores
+                .map(|(&prior, &score)| HeldOut { prior, score })
+                .collect(),
             name: method.name,
             title: method.title,
             bandwidth: method.bandwidth,
             bytes_per_place: method.bytes_per_place,
             global,
             tracking,
-            held_out: scores
-                .map(|(&prior, score)| HeldOut { prior, score })
-                .collect(),
         });
     }
+    let stretches = trials.iter().map(|trial| trial.stretch);
     Ok(Record {
         trials: trials.len(),
-        stretches: trials
-            .iter()
-            .map(|trial| trial.stretch)
-            .collect::<BTreeSet<_>>()
-            .len(),
-        cells: grid.len(),
+        stretches: stretches.collect::<BTreeSet<_>>().len(),
+        cells: context.grid.len(),
         unseen: parts.unseen.len(),
-        covered: parts.covered(model).len(),
+        covered: parts.covered(context.model()).len(),
         unseen_is_validation: parts.unseen_is_validation,
+        priors: context.priors.clone(),
         results,
     })
+}
+
+/// The trials that everybody plays.
+fn drawn(context: &MethodContext) -> Result<Vec<Trial>> {
+    let (model, parts, config) = (context.model(), context.parts, context.config);
+    let nearness = &model.header.recipe.map.nearness;
+    let near = Neighbours::find(&model.places(), &parts.places, nearness)?;
+    let is_mapped = |k: usize| near.is_mapped(k);
+    let stretches = trials::stretches(parts.run, &parts.unseen, is_mapped, config.longest_gap_m);
+    let drawing = Drawing {
+        count: config.trials,
+        spacing_m: config.spacing_m,
+        shortest_m: config.shortest_m,
+        longest_m: config.longest_m,
+    };
+    trials::draw(parts.run, &stretches, &drawing, context.seed())
 }
 
 fn summary(
     method: &Method,
     trials: &[Trial],
-    (parts, motion): (&Parts, &OdometryMotion),
-    grid: &Arc<Grid>,
-    config: &LocaliseConfig,
+    context: &MethodContext,
     known_start: bool,
 ) -> Result<TrialSummary> {
-    let answers = trials
-        .par_iter()
-        .enumerate()
-        .map(|(t, trial)| {
-            let start = if known_start {
-                let (at, spread_m, spread_rad) = (
-                    trial.snapshots[0],
-                    config.start_spread_m,
-                    config.start_spread_rad,
-                );
-                Belief::around(grid.places(), &parts.places, at, spread_m, spread_rad)?
-            } else {
-                Belief::uniform(grid.places())?
-            };
-            let stream = Seed(config.seed).numbered_stream("sampled features", t as u64);
-            let sensor = method.sensor.as_deref();
-            let mut robot = BayesLocaliser::new(grid, motion, start, sensor, stream)?;
-            let mut answers = Answers {
-                expected_error_m: Vec::new(),
-                point_error_m: Vec::new(),
-            };
-            for &k in &trial.snapshots {
-                let belief = robot.observe(k, &parts.run.observation(k))?;
-                answers
-                    .expected_error_m
-                    .push(belief.expected_error_m(&parts.places, k));
-                answers
-                    .point_error_m
-                    .push(belief.point_error_m(&parts.places, k));
-            }
-            Ok(answers)
-        })
-        .collect::<Result<Vec<Answers>>>()?;
+    let sensor = |sensor| {
+        let filter = Filter::new(method, context, sensor, known_start);
+        played(trials, |t, trial| filter.answers(t, trial))
+    };
+    let answers = match &method.answers {
+        AnswersBy::Odometry => sensor(None),
+        AnswersBy::PreparedSensor(prepared) => sensor(Some(prepared.as_ref())),
+        AnswersBy::Sensor(model) => {
+            let prepared = model.prepare(context.parts.run, &context.parts.unseen)?;
+            sensor(Some(prepared.as_ref()))
+        }
+        AnswersBy::Localiser(localiser) => {
+            by_localiser(localiser.as_ref(), trials, context, known_start)
+        }
+    }?;
     let converged: Vec<Option<f64>> = trials
         .iter()
         .zip(&answers)
         .map(|(t, a)| converged_at_m(t, a))
         .collect();
-    let seed = Seed(config.seed);
-    let error_by_distance = error_curve(trials, &answers, config.spacing_m, config.resamples, seed);
+    let config = context.config;
+    let (spacing_m, resamples) = (config.spacing_m, config.resamples);
+    let error_by_distance = error_curve(trials, &answers, spacing_m, resamples, context.seed());
+    let below_1m = mean_below_1m(&error_by_distance);
     Ok(TrialSummary {
         converged_fraction: converged.iter().flatten().count() as f64 / trials.len() as f64,
         distance_to_converge_m: median_distance_m(&converged),
-        mean_error_below_1m_at_m: mean_below_1m_at_m(&error_by_distance),
+        mean_error_below_1m_at_m: below_1m.map(|row| row.distance_m),
+        mean_error_below_1m_trials: below_1m.map(|row| row.trials),
+        mean_error_below_1m_is_uncertain: below_1m.is_some_and(Row::is_uncertain),
         error_by_distance,
     })
+}
+
+/// Every trial with its number, in parallel; the answers in the order of the trials.
+fn played(
+    trials: &[Trial],
+    play: impl Fn(usize, &Trial) -> Result<Answers> + Sync,
+) -> Result<Vec<Answers>> {
+    let trials = trials.par_iter().enumerate();
+    trials.map(|(t, trial)| play(t, trial)).collect()
+}
+
+/// The grid Bayes filter with a method's sensor model, or with odometry alone.
+struct Filter<'a> {
+    context: &'a MethodContext<'a>,
+    sensor: Option<&'a dyn PreparedSensorModel>,
+    motion: &'a OdometryMotion,
+    known_start: bool,
+}
+
+impl<'a> Filter<'a> {
+    fn new(
+        method: &'a Method,
+        context: &'a MethodContext,
+        sensor: Option<&'a dyn PreparedSensorModel>,
+        known_start: bool,
+    ) -> Self {
+        let own = method.motion.as_ref();
+        let motion = own.unwrap_or(&context.model().header.motion);
+        Self {
+            context,
+            sensor,
+            motion: context.config.motion.as_ref().unwrap_or(motion),
+            known_start,
+        }
+    }
+
+    fn answers(&self, number: usize, trial: &Trial) -> Result<Answers> {
+        let (parts, grid, config) = (self.context.parts, &self.context.grid, self.context.config);
+        let start = if self.known_start {
+            let (at, spread_m, spread_rad) = (
+                trial.snapshots[0],
+                config.start_spread_m,
+                config.start_spread_rad,
+            );
+            Belief::around(grid.places(), &parts.places, at, spread_m, spread_rad)?
+        } else {
+            Belief::uniform(grid.places())?
+        };
+        let stream = stream(self.context, number);
+        let mut robot = BayesLocaliser::new(grid, self.motion, start, self.sensor, stream)?;
+        let mut answers = Answers {
+            expected_error_m: Vec::new(),
+            point_error_m: Vec::new(),
+        };
+        for &k in &trial.snapshots {
+            let belief = robot.observe(k, &parts.run.observation(k))?;
+            let (expected_m, point_m) = (
+                belief.expected_error_m(&parts.places, k),
+                belief.point_error_m(&parts.places, k),
+            );
+            answers.expected_error_m.push(expected_m);
+            answers.point_error_m.push(point_m);
+        }
+        Ok(answers)
+    }
+}
+
+fn stream(context: &MethodContext, number: usize) -> Stream {
+    context
+        .seed()
+        .numbered_stream("sampled features", number as u64)
+}
+
+/// The answers of a whole localiser. Who asks for the start is given it where it is known.
+fn by_localiser(
+    localiser: &dyn Localiser,
+    trials: &[Trial],
+    context: &MethodContext,
+    known_start: bool,
+) -> Result<Vec<Answers>> {
+    let run = context.parts.run;
+    let snapshots: BTreeSet<usize> = trials.iter().flat_map(|t| &t.snapshots).copied().collect();
+    let snapshots: Vec<usize> = snapshots.into_iter().collect();
+    let player = localiser.prepare(run, &snapshots)?;
+    let no_idea = Belief::uniform(context.grid.places())?;
+    played(trials, |number, trial| {
+        let start = run.poses()[trial.snapshots[0]];
+        let start = (known_start && localiser.asks_for_the_start()).then_some(start);
+        let steps = player.play(&trial.snapshots, start, &mut stream(context, number))?;
+        if steps.len() != trial.snapshots.len() {
+            return Err(Error::work(format!(
+                "{} answers to a trial of {} snapshots; expected one each",
+                steps.len(),
+                trial.snapshots.len()
+            )));
+        }
+        let mut answers = Answers {
+            expected_error_m: Vec::new(),
+            point_error_m: Vec::new(),
+        };
+        for (&k, step) in trial.snapshots.iter().zip(&steps) {
+            let errors = errors_m(step, &run.poses()[k])?;
+            // Who has no answer knows nothing.
+            let (expected_m, point_m) = errors.unwrap_or_else(|| {
+                let error_m = no_idea.expected_error_m(&context.parts.places, k);
+                (error_m, error_m)
+            });
+            answers.expected_error_m.push(expected_m);
+            answers.point_error_m.push(point_m);
+        }
+        Ok(answers)
+    })
+}
+
+/// Expected and point error of a localiser's answer, in metres in the plane; none where it has no answer.
+fn errors_m(step: &Step, truth: &Pose) -> Result<Option<(f64, f64)>> {
+    let off_m = |place: &[f64; 2]| (place[0] - truth.x_m).hypot(place[1] - truth.y_m);
+    let point_m = match &step.estimate {
+        Some(Estimate::Place(place)) => off_m(place),
+        Some(Estimate::Class(class)) => {
+            return Err(Error::work(format!(
+                "the answer is class {class}, which only the localiser can interpret; trials need places in the plane"
+            )));
+        }
+        None => {
+            let likelier = |a: &&([f64; 2], f64), b: &&([f64; 2], f64)| a.1.total_cmp(&b.1);
+            match step.posterior.iter().max_by(likelier) {
+                Some((place, _)) => off_m(place),
+                None => return Ok(None),
+            }
+        }
+    };
+    let expected_m = step.posterior.iter().map(|(place, p)| p * off_m(place));
+    Ok(Some(match step.posterior.is_empty() {
+        true => (point_m, point_m),
+        false => (expected_m.sum(), point_m),
+    }))
 }

@@ -1,337 +1,299 @@
-//! Who takes part: the learned filters, and what a user would have without learning.
+//! Whoever can be asked in localisation trials where the robot is, as values: sensor models for the Bayes filter, detectors,
+//! recognisers and whole localisers, built-in or of one's own.
 
 use super::{
     held_out,
-    kernels::{kernels, moves_show},
+    localise_config::LocaliseConfig,
+    parts::{Parts, TrainingSource},
 };
 use crate::{
-    belief::{Evidence, FeatureMap, Grid, MapConfig, Neighbours, Places, Uncertainty},
-    detector::{Detector, input::Input, random_projection::RandomProjection},
+    belief::{Belief, Evidence, FeatureMap, Grid, Neighbours, OdometryMotion, Places, Uncertainty},
+    detector::Detector,
     error::{Error, Result},
-    geometry::Pose,
-    learning::{error_reduction::ErrorReduction, objective::MOST_FEATURES, training_set::covered},
-    localiser::{PreparedSensorModel, sensor_model::PreparedFeatures},
+    learning::{error_reduction::ErrorReduction, objective::MOST_FEATURES},
+    localiser::{
+        Localiser, PreparedSensorModel, SensorModel, responses::ResponseModel,
+        sensor_model::PreparedFeatures,
+    },
     model::Model,
-    recording::Recording,
+    recogniser::Recogniser,
     seed::Seed,
 };
 use ndarray::{Array2, Axis};
-use std::{borrow::Cow, collections::HashSet};
-
-/// Bits of the wide random code: 8 bytes a place.
-const WIDE_BITS: usize = 64;
-
-/// Which snapshots a model learned from, and which it never saw.
-pub struct Parts<'a> {
-    /// The recording to localise in.
-    pub run: &'a Recording,
-    /// Its places.
-    pub places: Places,
-    /// Its snapshots that the model never saw.
-    pub unseen: Vec<usize>,
-    /// Are these the validation part, which stopped the training?
-    pub unseen_is_validation: bool,
-    /// What the model learned from, where it is at hand: without it there are no baselines.
-    pub source: Option<TrainingSource<'a>>,
-}
-
-/// The recording that a model learned from.
-pub struct TrainingSource<'a> {
-    /// The whole recording.
-    pub recording: Cow<'a, Recording>,
-    /// Snapshots that the weights descended on.
-    pub training: Vec<usize>,
-    /// Snapshots that stopped them.
-    pub validation: Vec<usize>,
-}
-
-impl<'a> Parts<'a> {
-    /// Finds out which part of `run` the model has not seen. `trained_on` is the dataset it learned from, where that is
-    /// another one.
-    ///
-    /// # Errors
-    /// Where `trained_on` is not the dataset that the model names, or one lies along a route and the other doesn't.
-    pub fn new(model: &Model, run: &'a Recording, trained_on: Option<Recording>) -> Result<Self> {
-        let known = model.header.dataset_sha256.as_deref();
-        let is_school =
-            |r: &Recording| known.is_some() && r.columns().dataset_sha256.as_deref() == known;
-        let source = match trained_on {
-            Some(recording) if is_school(&recording) => Some(Cow::Owned(recording)),
-            Some(_) => {
-                return Err(Error::work(format!(
-                    "--trained-on names another dataset than the model learned from (sha256 {})",
-                    known.unwrap_or("unknown")
-                )));
-            }
-            None if is_school(run) => Some(Cow::Borrowed(run)),
-            None => None,
-        };
-        refuse_the_way_back(run)?;
-        let source = source
-            .map(|recording| {
-                let split = model.header.recipe.split.split(&recording)?;
-                let test = split.test.clone();
-                Ok::<_, Error>((
-                    TrainingSource {
-                        recording,
-                        training: split.train,
-                        validation: split.validation,
-                    },
-                    test,
-                ))
-            })
-            .transpose()?;
-        let places = Places::of(run);
-        if std::mem::discriminant(&places) != std::mem::discriminant(&model.places()) {
-            return Err(Error::work(
-                "the model's places and the dataset's differ: one lies along a route (array `route`), the other in the plane",
-            ));
-        }
-        if source.as_ref().is_none_or(|_| !is_school(run)) {
-            refuse_the_familiar(model, run)?;
-        }
-        let (unseen, unseen_is_validation) = match &source {
-            Some((source, test)) if is_school(run) && test.is_empty() => {
-                (source.validation.clone(), true)
-            }
-            Some((_, test)) if is_school(run) => (test.clone(), false),
-            _ => ((0..run.len()).collect(), false),
-        };
-        if unseen.is_empty() {
-            return Err(Error::work(
-                "the model saw every snapshot of this dataset; expected another recording, or a model trained with --test-fold",
-            ));
-        }
-        Ok(Self {
-            run,
-            places,
-            unseen,
-            unseen_is_validation,
-            source: source.map(|(source, _)| source),
-        })
-    }
-
-    /// Number of those who will take part.
-    pub fn methods(&self, model: &Model) -> usize {
-        let input = &model.header.recipe.input;
-        let narrow = usize::from(model.features() != WIDE_BITS);
-        let baselines = |source: &TrainingSource| {
-            2 + narrow + usize::from(moves_show(input, &source.recording))
-        };
-        3 + self.source.as_ref().map_or(0, baselines)
-    }
-
-    /// Unseen snapshots at places that training saw.
-    pub fn covered(&self, model: &Model) -> Vec<usize> {
-        covered(&self.places, &self.unseen, &model.places())
-    }
-}
-
-/// A recording under another name or checksum may still hold what the model learned from: the same poses to the last bit.
-fn refuse_the_familiar(model: &Model, run: &Recording) -> Result<()> {
-    let bits = |p: &Pose| [p.x_m.to_bits(), p.y_m.to_bits(), p.heading_rad.to_bits()];
-    let learned: HashSet<[u64; 3]> = model.pose.iter().map(bits).collect();
-    let known = run
-        .poses()
-        .iter()
-        .filter(|p| learned.contains(&bits(p)))
-        .count();
-    // One or two may be chance: runs like to begin at (0, 0, 0).
-    if known > 2 && known * 20 > run.len() {
-        return Err(Error::work(format!(
-            "{known} of {} snapshots are at the very places that the model learned from: it is the same recording, \
-             made anew; expected an unseen one, or the very dataset file that the model was trained on",
-            run.len()
-        )));
-    }
-    Ok(())
-}
-
-/// A belief along a route knows no heading, so odometry can only carry it forwards.
-fn refuse_the_way_back(run: &Recording) -> Result<()> {
-    if !run.goes_one_way() {
-        return Err(Error::work(
-            "array `route`: it is driven backwards, too; a belief along a route knows one direction only: leave `route` \
-             out (training and localising then go by the poses in the plane), or localise in runs of one direction",
-        ));
-    }
-    Ok(())
-}
-
-/// Does odometry say just what the true poses say? Then whatever it carries is flattered.
-pub fn odometry_is_the_truth(recording: &Recording) -> bool {
-    let poses = recording.poses();
-    recording.runs().into_iter().all(|run| {
-        (run.start + 1..run.end).all(|k| {
-            let (a, b) = (
-                recording.observation(k - 1).odometry,
-                recording.observation(k).odometry,
-            );
-            let (said, was) = (
-                a.displacement_to(&b),
-                poses[k - 1].displacement_to(&poses[k]),
-            );
-            (said.forward_m - was.forward_m).abs() < 1e-9
-                && (said.left_m - was.left_m).abs() < 1e-9
-                && (said.turn_rad - was.turn_rad).abs() < 1e-9
-        })
-    })
-}
+use std::{collections::HashMap, sync::Arc};
 
 /// Someone who can be asked where the robot is.
-pub struct Method {
+pub struct Method<'a> {
     /// Key in results.
-    pub name: &'static str,
+    pub name: String,
     /// In words, for tables.
     pub title: String,
     /// Of a kernel, as tuned on the validation part for a global prior.
     pub bandwidth: Option<f64>,
     /// What the map keeps of a place besides its pose, in bytes.
     pub bytes_per_place: Option<usize>,
-    /// Error reduction of one snapshot on the unseen part, under the priors asked for.
+    /// What the filter believes of odometry, where the configuration names nothing; `None`: as the first model learned.
+    pub motion: Option<OdometryMotion>,
+    /// Error reduction of one snapshot on the unseen part, one a prior of [`MethodContext::priors`]; empty where it is not
+    /// known.
     pub held_out: Vec<ErrorReduction>,
-    /// Likelihood of every cell; `None`: odometry alone.
-    pub sensor: Option<Box<dyn PreparedSensorModel>>,
+    /// Who answers.
+    pub answers: AnswersBy<'a>,
 }
 
-/// Everything that does not depend on the method.
-pub struct BaselineContext<'a> {
-    /// The model that was learned.
-    pub model: &'a Model,
-    /// What it saw and didn't.
-    pub parts: &'a Parts<'a>,
-    /// Cells of the belief.
-    pub grid: &'a Grid,
-    /// How answers become likelihoods.
-    pub evidence: Evidence,
-    /// Priors for the single-snapshot figures.
-    pub priors: &'a [Uncertainty],
-    /// Of the random planes.
-    pub seed: Seed,
+/// Who answers in a trial.
+pub enum AnswersBy<'a> {
+    /// The grid Bayes filter by odometry alone.
+    Odometry,
+    /// The filter with a sensor model.
+    Sensor(Box<dyn SensorModel + 'a>),
+    /// The filter with a sensor model that is prepared for the unseen part of the run.
+    PreparedSensor(Box<dyn PreparedSensorModel + 'a>),
+    /// Anybody who answers with places in the plane.
+    Localiser(Box<dyn Localiser + 'a>),
 }
 
-/// The learned filters first, then the baselines, then odometry alone.
+/// Everything that does not depend on the method, and what makes methods.
 ///
-/// # Errors
-/// Where the run lacks the sensors that the model works from.
-pub fn methods(context: &BaselineContext) -> Result<Vec<Method>> {
-    let BaselineContext {
-        model,
-        parts,
-        grid,
-        evidence,
-        ..
-    } = context;
-    let places = model.places();
-    let config = &model.header.recipe.map;
-    let cells = Neighbours::find(&places, grid.places(), &config.nearness)?;
-    let n = model.features();
-    let answers = model.detector().probabilities(parts.run)?;
-    let bits = |features: &Array2<f32>| features.mapv(f32::round);
-    let map_of_bits = FeatureMap::new(
-        places.clone(),
-        bits(&model.activation).mapv(f64::from),
-        config.clone(),
-    )?;
-    let rounded = (bits(&answers), map_of_bits, Evidence::MeanField);
-    let mut all = vec![
-        context.features(
-            "learned",
-            format!("{n} learned features"),
-            size_of::<f32>() * n,
-            &cells,
-            (answers, model.map()?, *evidence),
-        )?,
-        context.features(
-            "learned_bits",
-            format!("{n} learned, as bits"),
-            n.div_ceil(8),
-            &cells,
-            rounded,
-        )?,
-    ];
-    if let Some(source) = &parts.source {
-        all.extend(kernels(context, source, &cells)?);
-        if n != WIDE_BITS {
-            let evidence = if n > MOST_FEATURES {
-                Evidence::MeanField
-            } else {
-                *evidence
-            };
-            all.push(context.random_bits(source, &cells, config, (n, evidence, "random_bits"))?);
-        }
-        let wide = (WIDE_BITS, Evidence::MeanField, "random_bits_64");
-        all.push(context.random_bits(source, &cells, config, wide)?);
-    }
-    all.push(Method {
-        name: "odometry_only",
-        title: "odometry alone".into(),
-        bandwidth: None,
-        bytes_per_place: None,
-        held_out: Vec::new(),
-        sensor: None,
-    });
-    Ok(all)
+/// ```no_run
+/// use ballmark::{Model, detector::Detector, experiment::{line_up::line_up, localisation, localise_config::LocaliseConfig,
+///     methods::MethodContext, parts::Parts}, recording::npz};
+/// # fn my_detector() -> Box<dyn Detector> { unimplemented!() }
+/// let model = Model::read("corridor-2m.safetensors".as_ref())?;
+/// let recording = npz::read("corridor.npz".as_ref())?; // the model's own: the trials run on its test part
+/// let parts = Parts::new(&model, &recording, None)?;
+/// let config = LocaliseConfig::default();
+/// let context = MethodContext::new(&[&model], &parts, &config)?;
+/// let mut methods = line_up(&context)?;
+/// methods.push(context.detector("mine", "my detector", my_detector().as_ref())?);
+/// let record = localisation::play(&context, methods, &mut |_| ())?;
+/// # Ok::<(), ballmark::Error>(())
+/// ```
+pub struct MethodContext<'a> {
+    /// The models whose filters take part; the first one's map and odometry serve all other methods.
+    pub models: &'a [&'a Model],
+    /// What they saw and didn't.
+    pub parts: &'a Parts<'a>,
+    /// How trials are played.
+    pub config: &'a LocaliseConfig,
+    /// Cells of the belief.
+    pub grid: Arc<Grid>,
+    /// Training places near every cell.
+    pub cells: Arc<Neighbours>,
+    /// Priors for the single-snapshot figures: ±2 m, global, and what the models were trained for.
+    pub priors: Vec<Uncertainty>,
 }
 
-impl BaselineContext<'_> {
-    fn random_bits(
-        &self,
-        source: &TrainingSource,
-        cells: &Neighbours,
-        map: &MapConfig,
-        (bits, evidence, name): (usize, Evidence, &'static str),
-    ) -> Result<Method> {
-        let input = Input::fit(
-            &self.model.header.recipe.input,
-            &source.recording,
-            &source.training,
-        )?;
-        let detector = RandomProjection::new(input, bits, self.seed);
-        let of_school = detector
-            .probabilities(&source.recording)?
-            .select(Axis(0), &source.training);
-        let map = FeatureMap::new(self.model.places(), of_school.mapv(f64::from), map.clone())?;
-        let answers = detector.probabilities(self.parts.run)?;
-        self.features(
-            name,
-            format!("{bits} random bits"),
-            bits.div_ceil(8),
+impl<'a> MethodContext<'a> {
+    /// Sensor models of one's own answer for the cells of [`grid`](Self::grid).
+    ///
+    /// # Errors
+    /// Where there is no model, the models learned from different parts of a recording, or the configuration makes no sense.
+    pub fn new(
+        models: &'a [&'a Model],
+        parts: &'a Parts<'a>,
+        config: &'a LocaliseConfig,
+    ) -> Result<Self> {
+        config.check()?;
+        let Some(first) = models.first() else {
+            return Err(Error::usage("no model; expected one or more"));
+        };
+        let same = |model: &&Model| model.pose == first.pose && model.route_m == first.route_m;
+        if !models.iter().all(same) {
+            return Err(Error::work(
+                "the models learned from different places; expected models trained on the same dataset with the same split \
+                 (train.split)",
+            ));
+        }
+        let grid = Arc::new(Grid::over(&first.places(), &config.grid)?);
+        let nearness = &first.header.recipe.map.nearness;
+        let cells = Arc::new(Neighbours::find(&first.places(), grid.places(), nearness)?);
+        let mut priors = vec!["2m".parse()?, Uncertainty::Global];
+        for model in models {
+            if !priors.contains(&model.header.prior) {
+                priors.push(model.header.prior);
+            }
+        }
+        Ok(Self {
+            models,
+            parts,
+            config,
+            grid,
             cells,
-            (answers, map, evidence),
-        )
-    }
-
-    /// A method who answers by features: what they are on the run, their map, and how they are held against it.
-    fn features(
-        &self,
-        name: &'static str,
-        title: String,
-        bytes_per_place: usize,
-        cells: &Neighbours,
-        (answers, map, evidence): (Array2<f32>, FeatureMap, Evidence),
-    ) -> Result<Method> {
-        let held_out = self.judge(&answers, &map, evidence)?;
-        let sensor = PreparedFeatures::new(&answers, map.from_neighbours(cells)?.into(), evidence);
-        Ok(Method {
-            name,
-            title,
-            bandwidth: None,
-            bytes_per_place: Some(bytes_per_place),
-            held_out,
-            sensor: Some(Box::new(sensor)),
+            priors,
         })
     }
 
-    /// Single-snapshot error reductions of features under every prior asked for: by mean field where that is the evidence,
-    /// else by the exact objective.
+    /// The first model.
+    pub fn model(&self) -> &'a Model {
+        self.models[0]
+    }
+
+    /// The seed of the run.
+    pub fn seed(&self) -> Seed {
+        Seed(self.config.seed)
+    }
+
+    /// What methods learn from besides the models.
+    ///
+    /// # Errors
+    /// Where the recording that the models learned from is not at hand.
+    pub fn source(&self) -> Result<&'a TrainingSource<'a>> {
+        self.parts.source.as_ref().ok_or_else(|| {
+            Error::work("this method learns from the dataset that the model was trained on; expected it (--trained-on)")
+        })
+    }
+
+    /// How a code of so many features is held against its map: as the configuration says, but by mean field where there are
+    /// too many for all their outcomes.
+    pub fn evidence(&self, features: usize) -> Evidence {
+        if features > MOST_FEATURES {
+            Evidence::MeanField
+        } else {
+            self.config.evidence
+        }
+    }
+
+    /// The filter with odometry alone.
+    pub fn odometry(&self, name: &str, title: &str) -> Method<'a> {
+        method(name, title, None, AnswersBy::Odometry)
+    }
+
+    /// The filter with a sensor model that answers for the cells of [`grid`](Self::grid). Its error reduction by one snapshot is
+    /// not known.
+    pub fn sensor_model(
+        &self,
+        name: &str,
+        title: &str,
+        sensor: Box<dyn SensorModel + 'a>,
+    ) -> Method<'a> {
+        method(name, title, None, AnswersBy::Sensor(sensor))
+    }
+
+    /// A localiser that has learned. It must answer with places in the plane; where it has no posterior it counts as sure of
+    /// its answer, and where it has no answer as knowing nothing. Its error reduction by one snapshot is not known.
+    pub fn localiser(
+        &self,
+        name: &str,
+        title: &str,
+        localiser: Box<dyn Localiser + 'a>,
+    ) -> Method<'a> {
+        let bytes = Some(localiser.bytes_per_place()).filter(|&bytes| bytes > 0);
+        method(name, title, bytes, AnswersBy::Localiser(localiser))
+    }
+
+    /// The filter with a detector, mapped on the training part.
+    ///
+    /// # Errors
+    /// Where the training part is not at hand, or a recording lacks the detector's sensors.
+    pub fn detector(&self, name: &str, title: &str, detector: &dyn Detector) -> Result<Method<'a>> {
+        let n = detector.features();
+        let evidence = self.evidence(n);
+        let (answers, map) = self.mapped(detector)?;
+        self.features(name, title, size_of::<f32>() * n, (answers, map, evidence))
+    }
+
+    /// What a detector answers on the run, `[snapshot, feature]`, and its map of the training part.
+    ///
+    /// # Errors
+    /// As [`MethodContext::detector`].
+    pub fn mapped(&self, detector: &dyn Detector) -> Result<(Array2<f32>, FeatureMap)> {
+        let source = self.source()?;
+        let training = detector
+            .probabilities(&source.recording)?
+            .select(Axis(0), &source.training);
+        let map = self.model().header.recipe.map.clone();
+        let map = FeatureMap::new(self.model().places(), training.mapv(f64::from), map)?;
+        Ok((detector.probabilities(self.parts.run)?, map))
+    }
+
+    /// The filter with features: what they are on the run `[snapshot, feature]`, their map, and how they are held against it;
+    /// `bytes_per_place` is what the map keeps of a place.
+    ///
+    /// # Errors
+    /// Where the map is not one of the first model's places.
+    pub fn features(
+        &self,
+        name: &str,
+        title: &str,
+        bytes_per_place: usize,
+        (answers, map, evidence): (Array2<f32>, FeatureMap, Evidence),
+    ) -> Result<Method<'a>> {
+        let held_out = self.judge(&answers, &map, evidence)?;
+        let map = Arc::new(map.from_neighbours(&self.cells)?);
+        let sensor = PreparedFeatures::new(&answers, map, evidence);
+        Ok(Method {
+            held_out,
+            ..method(
+                name,
+                title,
+                Some(bytes_per_place),
+                AnswersBy::PreparedSensor(Box::new(sensor)),
+            )
+        })
+    }
+
+    /// The filter with a recogniser that has learned: P(response | ξ) is what it answers to the training part, see
+    /// [`ResponseModel`].
+    ///
+    /// # Errors
+    /// Where the training part is not at hand, or a recording lacks the recogniser's sensors.
+    pub fn recogniser(
+        &self,
+        name: &str,
+        title: &str,
+        recogniser: Box<dyn Recogniser>,
+    ) -> Result<Method<'a>> {
+        let source = self.source()?;
+        recogniser.check_channels(source.recording.channels())?;
+        recogniser.check_channels(self.parts.run.channels())?;
+        let responses = recogniser.respond_all(&source.recording, &source.training);
+        let classes: Vec<Option<usize>> = responses.iter().map(|r| r.map(|r| r.class)).collect();
+        let map = &self.model().header.recipe.map;
+        let chance = map.unmodelled_probability;
+
+        // One snapshot, with the training places for cells.
+        let places = Arc::new(self.model().places());
+        let near = Neighbours::find(&places, &places, &map.nearness)?;
+        let alone = ResponseModel::new(recogniser, classes, Arc::new(near), chance)?;
+        let anywhere = Belief::uniform(&places)?;
+        let prepared = alone.prepare(self.parts.run, &self.parts.unseen)?;
+        let mut unused = self.seed().stream("not drawn from");
+        let mut log_likelihood: HashMap<usize, Vec<f64>> = HashMap::new();
+        for &k in &self.parts.covered(self.model()) {
+            let answer = prepared.log_likelihood(k, &anywhere, &mut unused)?;
+            log_likelihood.insert(k, answer);
+        }
+        let held_out = self.on_counted(|prior, truths| {
+            let at = self.parts.places.select(truths);
+            Ok(held_out::by_likelihood(prior, &at, &places, |truth| {
+                let known = log_likelihood.get(&truths[truth]);
+                known.cloned().unwrap_or_else(|| vec![0.0; places.len()])
+            }))
+        })?;
+        drop(prepared);
+
+        let sensor = alone.at_cells(Arc::clone(&self.cells))?;
+        Ok(Method {
+            held_out,
+            ..method(
+                name,
+                title,
+                Some(size_of::<usize>()),
+                AnswersBy::Sensor(Box::new(sensor)),
+            )
+        })
+    }
+
+    /// Single-snapshot error reductions of features under every prior: by mean field where that is the evidence, else by the
+    /// exact objective.
     fn judge(
         &self,
         answers: &Array2<f32>,
         map: &FeatureMap,
         evidence: Evidence,
     ) -> Result<Vec<ErrorReduction>> {
-        let candidates = self.model.places();
+        let candidates = self.model().places();
         let at_candidates = map.at(&candidates)?;
         self.on_counted(|prior, truths| {
             let seen = answers.select(Axis(0), truths).mapv(f64::from);
@@ -344,16 +306,34 @@ impl BaselineContext<'_> {
         })
     }
 
+    /// `score` of every prior and the unseen snapshots that count under it.
     pub(super) fn on_counted(
         &self,
         score: impl Fn(Uncertainty, &[usize]) -> Result<ErrorReduction>,
     ) -> Result<Vec<ErrorReduction>> {
-        let covered = self.parts.covered(self.model);
-        let candidates = self.model.places();
+        let covered = self.parts.covered(self.model());
+        let candidates: Places = self.model().places();
         let counted = |prior| held_out::counted(prior, &self.parts.places, &covered, &candidates);
         self.priors
             .iter()
             .map(|&prior| score(prior, &counted(prior)))
             .collect()
+    }
+}
+
+fn method<'a>(
+    name: &str,
+    title: &str,
+    bytes_per_place: Option<usize>,
+    answers: AnswersBy<'a>,
+) -> Method<'a> {
+    Method {
+        name: name.into(),
+        title: title.into(),
+        bandwidth: None,
+        bytes_per_place,
+        motion: None,
+        held_out: Vec::new(),
+        answers,
     }
 }

@@ -1,4 +1,4 @@
-//! The loop that knows everyone: truth and response meet only here.
+//! Experiments: systems answer, and their answers are compared with the truth, which only this room has.
 
 pub mod compare;
 pub mod convergence;
@@ -7,8 +7,11 @@ pub mod held_out;
 pub mod kernels;
 pub mod landmarks;
 pub mod laps;
+pub mod line_up;
 pub mod localisation;
+pub mod localise_config;
 pub mod methods;
+pub mod parts;
 pub mod printed;
 pub mod protocol;
 pub mod recognition;

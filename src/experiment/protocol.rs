@@ -43,7 +43,7 @@ pub enum Truth {
     Odometry,
 }
 
-/// How a protocol is set.
+/// Which part maps, which tests, and what the truth is.
 ///
 /// ```
 /// let config: ballmark::experiment::protocol::ProtocolConfig =
@@ -58,7 +58,7 @@ pub struct ProtocolConfig {
     pub mapping: Mapping,
     /// What counts as the true place.
     pub truth: Truth,
-    /// The stretches of `mapping = "split"`; its validation part maps too.
+    /// The stretches of `mapping = "split"`; its validation part maps too. Without a `test_fold` the first fold is tested on.
     pub split: SplitConfig,
     /// The laps of `mapping = "first_lap"`.
     pub laps: LapsConfig,
@@ -85,11 +85,6 @@ impl ProtocolConfig {
     pub fn check(&self) -> Result<()> {
         self.laps.check()?;
         self.split.check()?;
-        if self.mapping == Mapping::Split && self.split.test_fold.is_none() {
-            return Err(Error::usage(
-                "protocol.split.test_fold: none; expected the fold to test on, since protocol.mapping = \"split\"",
-            ));
-        }
         if self.truth == Truth::Odometry && self.mapping != Mapping::FirstLap {
             return Err(Error::usage(
                 "protocol.truth = \"odometry\": drift is removed lap by lap; expected protocol.mapping = \"first_lap\", or \
@@ -133,7 +128,7 @@ pub struct Protocol<'a> {
 }
 
 impl<'a> Protocol<'a> {
-    /// Sets the protocol.
+    /// Applies a protocol to a recording.
     ///
     /// # Errors
     /// A usage error where the configuration is at fault; a work error where the recording has no laps, one run, no
@@ -211,7 +206,7 @@ impl<'a> Protocol<'a> {
         for (number, run) in runs.iter().enumerate().skip(1) {
             self.unit[run.clone()].fill(starts.len() - 1 + number);
         }
-        // What a hand-made division leaves before the first lap belongs to nobody.
+        // What a hand-made division leaves before the first lap is neither mapped nor tested.
         self.mapping = (starts[0]..starts[1]).collect();
         self.testing = (starts[1]..self.recording.len()).collect();
         if config.truth == Truth::Odometry {
@@ -271,6 +266,10 @@ impl<'a> Protocol<'a> {
     }
 
     fn by_split(&mut self, config: &SplitConfig) -> Result<()> {
+        let config = SplitConfig {
+            test_fold: Some(config.test_fold.unwrap_or(0)),
+            ..*config
+        };
         let split = config.split(&self.recording)?;
         let mut tested = vec![false; self.recording.len()];
         split.test.iter().for_each(|&k| tested[k] = true);

@@ -4,13 +4,10 @@
 //! answered, and the parameters of each system are set so that all give the same number of responses N_R: more responses
 //! can tell more, whoever gives them.
 
-use super::{
-    protocol::Protocol,
-    standard::{MOST_DRAWINGS, numbered_from_zero},
-};
+use super::{protocol::Protocol, standard::MOST_DRAWINGS};
 use crate::{
     error::{Error, Result},
-    recogniser::{self, Config, Kind, Learned, Recogniser, dial::Dial},
+    recogniser::{Kind, Recogniser, RecogniserConfig},
     score::{Binning, Contingency, Effort, Judgement},
     seed::Seed,
 };
@@ -101,13 +98,13 @@ impl RecognitionConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RecognitionRecord {
-    /// Its constants, as they were set for the number of responses.
-    pub config: Config,
+    /// Its kind and its constants, as they were set for the number of responses.
+    pub config: serde_json::Value,
     /// Patterns that it keeps.
     pub patterns: usize,
     /// N_R: different responses in the test, no answer being one of them.
     pub responses: usize,
-    /// The number that was to be met; none where it was left as it is.
+    /// The number that was to be met; none where it was left as it is, having no constant to set.
     pub wanted: Option<usize>,
     /// Share of the snapshots that it didn't answer.
     pub unanswered: f64,
@@ -119,23 +116,36 @@ pub struct RecognitionRecord {
     pub judgement: Judgement,
 }
 
+/// A recogniser that was judged, as it was then.
+pub struct Recognition {
+    /// What is said of it.
+    pub record: RecognitionRecord,
+    /// Its constants, as they were set for the number of responses.
+    pub config: Box<dyn RecogniserConfig>,
+    /// Itself, having learned.
+    pub recogniser: Box<dyn Recogniser>,
+}
+
 /// A recogniser that has learned, and its answers to the testing part.
 struct Answers {
-    learned: Learned,
+    recogniser: Box<dyn Recogniser>,
     classes: Vec<Option<usize>>,
 }
 
 impl Answers {
-    fn of(protocol: &Protocol, config: &Config, seed: Seed) -> Result<Self> {
-        let learned = recogniser::learn(config, &protocol.recording, &protocol.mapping, seed)?;
-        let recogniser = learned.as_recogniser();
+    fn of(protocol: &Protocol, config: &dyn RecogniserConfig, seed: Seed) -> Result<Self> {
+        config.check()?;
+        let recogniser = config.learn(&protocol.recording, &protocol.mapping, seed)?;
         recogniser.check_channels(protocol.recording.channels())?;
         let answers = recogniser.respond_all(&protocol.recording, &protocol.testing);
         let classes = answers
             .iter()
             .map(|answer| answer.map(|a| a.class))
             .collect();
-        Ok(Self { learned, classes })
+        Ok(Self {
+            recogniser,
+            classes,
+        })
     }
 
     fn different(&self) -> usize {
@@ -143,9 +153,9 @@ impl Answers {
     }
 }
 
-/// Lets a recogniser learn from the mapping part and answer the testing part, with its [`Dial`] turned so that it gives
-/// `wanted` responses, or its constants as they are where no number is wanted. Judged by these bins, which must be the
-/// protocol's own.
+/// Lets a recogniser learn from the mapping part and answer the testing part, with its [dial](RecogniserConfig::dial) set so
+/// that it gives `wanted` responses, or its constants as they are where no number is wanted or it has no dial. Judged by these
+/// bins, which must be the protocol's own.
 ///
 /// ```
 /// use ballmark::{experiment::{recognition::{RecognitionConfig, recognise}, protocol::{Mapping, Protocol, ProtocolConfig}},
@@ -157,7 +167,7 @@ impl Answers {
 /// let binning = protocol.binning(config.bin_m)?;
 /// for kind in [Kind::Rce, Kind::Nearest] {
 ///     let wanted = config.wanted(&protocol, Seed(1))?;
-///     let record = recognise(&protocol, &binning, &kind.default_config(), Some(wanted), &config, Seed(1))?;
+///     let record = recognise(&protocol, &binning, &kind.default_config(), Some(wanted), &config, Seed(1))?.record;
 ///     assert!(record.responses.abs_diff(12) <= 1 && record.judgement.uncertainty_coefficient > Some(0.05));
 /// }
 /// # Ok::<(), ballmark::Error>(())
@@ -168,14 +178,15 @@ impl Answers {
 pub fn recognise(
     protocol: &Protocol,
     binning: &Binning,
-    config: &Config,
+    config: &dyn RecogniserConfig,
     wanted: Option<usize>,
     recognition: &RecognitionConfig,
     seed: Seed,
-) -> Result<RecognitionRecord> {
+) -> Result<Recognition> {
     recognition.check()?;
+    let wanted = wanted.filter(|&wanted| config.dial(wanted).is_some());
     let (config, answers) = match wanted {
-        None => (config.clone(), Answers::of(protocol, config, seed)?),
+        None => (config.clone_box(), Answers::of(protocol, config, seed)?),
         Some(wanted) => tuned(protocol, config, wanted, recognition.tolerance, seed)?,
     };
     let mut table = Contingency::new();
@@ -187,51 +198,66 @@ pub fn recognise(
         })?;
         table.record(location, *class);
     }
-    let (_, unit_of) = numbered_from_zero(protocol.testing.iter().map(|&k| protocol.unit[k]));
+    let unit_of: Vec<usize> = protocol.testing.iter().map(|&k| protocol.unit[k]).collect();
     let effort = Effort {
         permutations: recognition.permutations,
         resamples: recognition.resamples,
     };
-    let recogniser = answers.learned.as_recogniser();
     let silent = answers
         .classes
         .iter()
         .filter(|class| class.is_none())
         .count();
-    Ok(RecognitionRecord {
+    let responses = answers.different();
+    let recogniser = answers.recogniser;
+    Ok(Recognition {
+        record: RecognitionRecord {
+            config: config.to_json()?,
+            patterns: recogniser.responses(),
+            responses,
+            wanted,
+            unanswered: silent as f64 / protocol.testing.len() as f64,
+            bytes_per_place: recogniser.bytes_per_place(),
+            matches: recogniser.matches(),
+            judgement: Judgement::of(&table, &unit_of, effort, seed),
+        },
         config,
-        patterns: recogniser.responses(),
-        responses: answers.different(),
-        wanted,
-        unanswered: silent as f64 / protocol.testing.len() as f64,
-        bytes_per_place: recogniser.bytes_per_place(),
-        matches: recogniser.matches(),
-        judgement: Judgement::of(&table, &unit_of, effort, seed),
+        recogniser,
     })
 }
 
 /// The constants, and the answers, nearest to the number of responses wanted.
 fn tuned(
     protocol: &Protocol,
-    config: &Config,
+    config: &dyn RecogniserConfig,
     wanted: usize,
     tolerance: usize,
     seed: Seed,
-) -> Result<(Config, Answers)> {
-    let dial = Dial::of(config, wanted);
-    let mut best: Option<(usize, Config, Answers)> = None;
+) -> Result<(Box<dyn RecogniserConfig>, Answers)> {
+    let Some(dial) = config.dial(wanted) else {
+        return Err(Error::work(format!(
+            "{}: no constant changes the number of its responses",
+            config.kind()
+        )));
+    };
+    let mut best: Option<Tried> = None;
     let mut tried = HashSet::new();
     // The number of responses at a share of the range, from few to many; none where it was tried before.
-    let mut try_at = |share: f64, best: &mut Option<(usize, Config, Answers)>| -> Result<usize> {
-        let mut config = config.clone();
-        dial.turn(&mut config, dial.at(share));
-        let answers = Answers::of(protocol, &config, seed)?;
+    let mut try_at = |share: f64, best: &mut Option<Tried>| -> Result<usize> {
+        let mut config = config.clone_box();
+        config.turn_dial(dial.at(share));
+        let answers = Answers::of(protocol, config.as_ref(), seed)?;
         let number = answers.different();
         let off = number.abs_diff(wanted);
-        if tried.insert(dial.at(share).to_bits())
-            && best.as_ref().is_none_or(|(least, ..)| off < *least)
+        if tried.insert(dial.at(share).to_bits()) && best.as_ref().is_none_or(|best| off < best.off)
         {
-            *best = Some((off, config, answers));
+            let value = dial.at(share);
+            *best = Some(Tried {
+                off,
+                value,
+                config,
+                answers,
+            });
         }
         Ok(number)
     };
@@ -250,17 +276,16 @@ fn tuned(
     let mut even: Vec<f64> = (0..=EVEN).map(|step| step as f64 / EVEN as f64).collect();
     even.sort_by(|a, b| (a - few).abs().total_cmp(&(b - few).abs()));
     for share in even {
-        if best.as_ref().is_some_and(|(off, ..)| *off <= tolerance) {
+        if best.as_ref().is_some_and(|best| best.off <= tolerance) {
             break;
         }
         try_at(share, &mut best)?;
     }
     match best {
-        Some((off, config, answers)) if off <= tolerance => Ok((config, answers)),
+        Some(best) if best.off <= tolerance => Ok((best.config, best.answers)),
         best => {
-            let (value, number) = best.map_or((f64::NAN, 0), |(_, config, answers)| {
-                (dial.is_at(&config), answers.different())
-            });
+            let (value, number) =
+                best.map_or((f64::NAN, 0), |best| (best.value, best.answers.different()));
             Err(Error::work(format!(
                 "{}: no {} from {} to {} gives {wanted} responses (± {tolerance}); nearest is {number}, at {value}",
                 config.kind(),
@@ -270,6 +295,15 @@ fn tuned(
             )))
         }
     }
+}
+
+/// A value of the dial that was tried.
+struct Tried {
+    /// How far the number of responses is from the one wanted.
+    off: usize,
+    value: f64,
+    config: Box<dyn RecogniserConfig>,
+    answers: Answers,
 }
 
 /// Snapshots that are answered for one reading of the clock.

@@ -22,6 +22,7 @@ use crate::{
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 
 /// The constants of the standard experiment; the default is D98's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,7 +40,7 @@ pub struct StandardConfig {
     pub permutations: u64,
     /// Bootstrap resamples for the intervals; 0: none.
     pub resamples: u64,
-    /// The coefficient whose distance is told (D98 Table 2).
+    /// The coefficient whose distance is reported (D98 Table 2).
     pub coefficient_to_reach: f64,
 }
 
@@ -218,7 +219,7 @@ struct Heard {
 /// let binning = protocol.binning(config.bin_m)?;
 /// let record = standard::play(&protocol, &binning, learned.as_localiser(), &config, Seed(1))?;
 /// assert_eq!(record.by_distance.len(), 201);
-/// assert_eq!(record.by_distance[0].uncertainty_coefficient, Some(1.0)); // it was told the start
+/// assert_eq!(record.by_distance[0].uncertainty_coefficient, Some(1.0)); // it knows the start
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 ///
@@ -286,7 +287,8 @@ pub fn play(
             config.bin_m
         )));
     };
-    let (units, unit_of) = numbered_from_zero(trials.iter().map(|trial| trial.unit));
+    let unit_of: Vec<usize> = trials.iter().map(|trial| trial.unit).collect();
+    let units = unit_of.iter().collect::<HashSet<_>>().len();
     let of_mean = Interval::of_mean(&tables, &unit_of, config.resamples, seed);
     let reaches = |row: &AtDistance| {
         row.uncertainty_coefficient
@@ -346,7 +348,7 @@ fn replay(
     seed: Seed,
 ) -> Result<Vec<Step>> {
     let start = protocol.recording.poses()[trial.snapshots[0]];
-    let start = localiser.is_told_the_start().then_some(start);
+    let start = localiser.asks_for_the_start().then_some(start);
     let mut stream = seed.numbered_stream("standard trial", number as u64);
     let steps = player.play(&trial.snapshots, start, &mut stream)?;
     match steps.len() == trial.snapshots.len() {
@@ -381,12 +383,17 @@ fn heard(
             Some(Estimate::Place(p)) => binning.bin_of(p).map_or(Answer::Outside, Answer::Bin),
         };
         lost |= blind && answer == Answer::Outside;
-        // Most of a posterior lies too far away to be in the same bin, which is cheaply told.
+        // Most of a posterior lies too far away to be in the same bin, which is cheap to see.
         let [x, y] = protocol.place[snapshot];
         let near = |p: [f64; 2]| (p[0] - x).powi(2) + (p[1] - y).powi(2) <= diagonal_squared;
-        let there =
+        let at_location =
             |(place, _): &&Probable| near(*place) && binning.bin_of(*place) == Some(location);
-        let probability = step.posterior.iter().filter(there).map(|(_, p)| p).sum();
+        let probability = step
+            .posterior
+            .iter()
+            .filter(at_location)
+            .map(|(_, p)| p)
+            .sum();
         Ok(Heard {
             location,
             answer,
@@ -421,16 +428,6 @@ fn at_distance(distance_m: f64, table: &Contingency<usize, Answer>) -> AtDistanc
 fn mean(figures: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, number) = figures.fold((0.0, 0.0), |(sum, n), figure| (sum + figure, n + 1.0));
     (number > 0.0).then(|| sum / number)
-}
-
-/// How many different numbers there are, and which of them, in rising order, each is.
-pub(super) fn numbered_from_zero(units: impl Iterator<Item = usize>) -> (usize, Vec<usize>) {
-    let units: Vec<usize> = units.collect();
-    let mut different = units.clone();
-    different.sort_unstable();
-    different.dedup();
-    let number = |unit: &usize| different.partition_point(|other| other < unit);
-    (different.len(), units.iter().map(number).collect())
 }
 
 #[cfg(test)]

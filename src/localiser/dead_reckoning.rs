@@ -1,4 +1,4 @@
-//! Uncorrected dead reckoning: told where the trial starts, it adds up what odometry says.
+//! Uncorrected dead reckoning: from the true start of the trial it adds up what odometry says.
 
 use super::{Estimate, Learn, Localiser, Player, Step};
 use crate::{
@@ -59,7 +59,7 @@ impl Localiser for DeadReckoning {
         0
     }
 
-    fn is_told_the_start(&self) -> bool {
+    fn asks_for_the_start(&self) -> bool {
         true
     }
 

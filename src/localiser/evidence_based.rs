@@ -102,7 +102,7 @@ impl Player for Prepare<'_> {
     fn play(&self, trial: &[usize], _: Option<Pose>, stream: &mut Stream) -> Result<Vec<Step>> {
         let mut robot = Hypotheses::none(self.evidence);
         let step = |&k: &usize| {
-            let sight = self.sights.of(k)?.as_ref();
+            let sight = self.sights.get(k)?.as_ref();
             Ok(robot.take_in(&self.recording.observation(k), sight, stream))
         };
         trial.iter().map(step).collect()

@@ -1,7 +1,7 @@
 //! Correction by the nearest of the perceptions expected around the predicted pose (Ruiz-Mayor et al., *A performance metric
 //! for mobile robot localization*, 2006, below R06, 4.1).
 //!
-//! It is told where a trial starts and reckons by odometry. After every half metre it lays a grid of poses around the
+//! It is given the pose at which a trial starts and reckons by odometry. After every half metre it lays a grid of poses around the
 //! reckoned one, works out from the plan of the building what its sensors would read at each (H), and goes on from the
 //! pose whose expected perception is nearest to what was sensed, x̂ = H⁻¹(f_nn(z, H(G_LP))) (eq. 4-1).
 //!
@@ -225,7 +225,7 @@ impl Localiser for LocalGrid {
         0
     }
 
-    fn is_told_the_start(&self) -> bool {
+    fn asks_for_the_start(&self) -> bool {
         true
     }
 

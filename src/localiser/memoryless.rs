@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     error::Result,
-    recogniser,
+    recogniser::{self, Recogniser},
     recording::{Channel, Recording},
     seed::Seed,
 };
@@ -47,7 +47,7 @@ pub struct Memoryless {
 
 impl Memoryless {
     /// The recogniser.
-    pub fn recogniser(&self) -> &dyn recogniser::Recogniser {
+    pub fn recogniser(&self) -> &dyn Recogniser {
         self.recogniser.as_recogniser()
     }
 }
@@ -82,10 +82,48 @@ impl Localiser for Memoryless {
         recording: &'a Recording,
         snapshots: &[usize],
     ) -> Result<Box<dyn Player + 'a>> {
-        self.check_channels(recording.channels())?;
-        let responses = self.recogniser().respond_all(recording, snapshots);
-        let classes = responses.into_iter().map(|r| r.map(|r| r.class)).collect();
-        Ok(Box::new(Answers(Prepared::new(snapshots, classes))))
+        prepared(self.recogniser(), recording, snapshots)
+    }
+}
+
+/// Its responses to these snapshots, as answers of a localiser.
+fn prepared(
+    recogniser: &dyn Recogniser,
+    recording: &Recording,
+    snapshots: &[usize],
+) -> Result<Box<dyn Player>> {
+    recogniser.check_channels(recording.channels())?;
+    let responses = recogniser.respond_all(recording, snapshots);
+    let classes = responses.into_iter().map(|r| r.map(|r| r.class)).collect();
+    Ok(Box::new(Answers(Prepared::new(snapshots, classes))))
+}
+
+/// The same of any recogniser that has learned, also one of another crate.
+pub struct AsLocaliser(pub Box<dyn Recogniser>);
+
+impl Localiser for AsLocaliser {
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    fn places(&self) -> usize {
+        self.0.responses()
+    }
+
+    fn bytes_per_place(&self) -> usize {
+        self.0.bytes_per_place()
+    }
+
+    fn check_channels(&self, channels: &[Channel]) -> Result<()> {
+        self.0.check_channels(channels)
+    }
+
+    fn prepare<'a>(
+        &'a self,
+        recording: &'a Recording,
+        snapshots: &[usize],
+    ) -> Result<Box<dyn Player + 'a>> {
+        prepared(self.0.as_ref(), recording, snapshots)
     }
 }
 
@@ -125,8 +163,8 @@ mod tests {
             let alone = memoryless.recogniser().respond_all(&room, &[120, 121, 150]);
             let alone = alone.iter().map(|r| r.map(|r| Estimate::Class(r.class)));
             assert!(steps.iter().map(|step| step.estimate).eq(alone), "{kind}");
-            let told = player.play(&[119], None, &mut stream).unwrap_err();
-            assert!(told.to_string().contains("snapshot 119"), "{told}");
+            let error = player.play(&[119], None, &mut stream).unwrap_err();
+            assert!(error.to_string().contains("snapshot 119"), "{error}");
         }
     }
 
@@ -134,7 +172,7 @@ mod tests {
     fn a_recogniser_is_named_by_its_kind() {
         let text = "kind = 'memoryless'\nrecogniser = { kind = 'rce', radius = 2.5 }";
         let config: crate::localiser::Config = toml::from_str(text).unwrap();
-        let told = config.check().unwrap_err();
-        assert!(told.is_usage() && told.to_string().starts_with("rce.radius"));
+        let error = config.check().unwrap_err();
+        assert!(error.is_usage() && error.to_string().starts_with("rce.radius"));
     }
 }

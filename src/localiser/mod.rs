@@ -21,7 +21,8 @@
 //! # Ok::<(), ballmark::Error>(())
 //! ```
 //!
-//! A new localiser is one file, which implements [`Localiser`] and [`Learn`], and one line in the registry below.
+//! A localiser of another crate implements [`Localiser`], and its constants [`LocaliserConfig`]: `examples/own_localiser.rs`.
+//! A new built-in one is one file, which implements [`Localiser`] and [`Learn`], and one line in the registry below.
 //!
 //! A [`LiveLocaliser`] is for a robot that drives now, without a recording. What sensors say about the place is a
 //! [`SensorModel`], the same for both.
@@ -36,7 +37,8 @@ pub mod live;
 pub mod local_grid;
 pub mod memoryless;
 pub mod place_map;
-mod prepared;
+pub mod prepared;
+pub mod responses;
 pub mod sensor_model;
 
 pub use filter::BayesLocaliser;
@@ -47,15 +49,17 @@ use crate::{
     error::Result,
     geometry::Pose,
     recording::{Channel, Recording},
+    registry::{Constants, boxed_config},
     seed::{Seed, Stream},
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use std::path::PathBuf;
 
 /// Where a localiser says that it is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Estimate {
-    /// The number of a place, class or pattern; what it means is nobody's business but the localiser's.
+    /// The number of a place, class or pattern, which only the localiser can interpret.
     Class(usize),
     /// A place in the plane, x and y in metres, in the frame of the recording's poses.
     Place([f64; 2]),
@@ -76,8 +80,8 @@ pub struct Step {
 
 /// A localiser that has learned what it needs to know; any number of trials can be played to it.
 pub trait Localiser: Send + Sync {
-    /// Its name in configurations and tables.
-    fn name(&self) -> &'static str;
+    /// Its name in messages.
+    fn name(&self) -> &str;
 
     /// Number of places or patterns that it keeps; 0 where it keeps none.
     fn places(&self) -> usize;
@@ -85,8 +89,8 @@ pub trait Localiser: Send + Sync {
     /// What it keeps of a place, pose included, in bytes; 0 where it keeps none.
     fn bytes_per_place(&self) -> usize;
 
-    /// Is it told the pose that a trial starts at? If not, it is lost at the start.
-    fn is_told_the_start(&self) -> bool {
+    /// Does it ask for the true pose that a trial starts at? If not, it is lost at the start.
+    fn asks_for_the_start(&self) -> bool {
         false
     }
 
@@ -116,14 +120,31 @@ pub trait Localiser: Send + Sync {
 
 /// A localiser with a recording before it.
 pub trait Player: Sync {
-    /// Plays a trial: snapshots among those prepared, consecutive within a run, from the first on. `start` is the true
-    /// pose at the first one, for whoever [is told](Localiser::is_told_the_start) it. One step a snapshot, and none of
-    /// them depends on later snapshots.
+    /// Plays a trial: snapshots among those prepared, of one run, in the order driven; some may be left out between them.
+    /// `start` is the true pose at the first one, where it is given and the localiser
+    /// [asks for it](Localiser::asks_for_the_start). One step a snapshot, and none of them depends on later snapshots.
     ///
     /// # Errors
     /// Where a belief falls apart, which is the localiser's fault, not the recording's.
     fn play(&self, trial: &[usize], start: Option<Pose>, stream: &mut Stream) -> Result<Vec<Step>>;
 }
+
+/// Constants that a localiser is learned with: a built-in [`Config`], or a type of one's own.
+pub trait LocaliserConfig: Constants + BoxedLocaliserConfig {
+    /// Learns from some snapshots of a recording (the mapping part), in the order driven. Randomness comes from streams of
+    /// `seed`.
+    ///
+    /// # Errors
+    /// Where a constant makes no sense (a usage error), or the snapshots are not enough to learn from.
+    fn learn(
+        &self,
+        recording: &Recording,
+        snapshots: &[usize],
+        seed: Seed,
+    ) -> Result<Box<dyn Localiser>>;
+}
+
+boxed_config!(LocaliserConfig, BoxedLocaliserConfig);
 
 /// What a member of the registry can do besides: learn, and be kept in a file.
 pub trait Learn: Localiser + Serialize + DeserializeOwned {
@@ -173,5 +194,44 @@ macro_rules! registry {
 }
 members!(registry);
 
-#[cfg(test)]
-mod laws;
+impl Constants for Config {
+    fn kind(&self) -> &str {
+        Config::kind(self).name()
+    }
+
+    fn description(&self) -> &str {
+        Config::kind(self).what()
+    }
+
+    fn check(&self) -> Result<()> {
+        Config::check(self)
+    }
+
+    fn model(&mut self) -> Option<&mut PathBuf> {
+        match self {
+            Config::Bayes(config) => Some(&mut config.model),
+            Config::Memoryless(config) => config.recogniser.model(),
+            _ => None,
+        }
+    }
+
+    fn files(&mut self) -> Vec<&mut PathBuf> {
+        match self {
+            Config::LocalGrid(config) => vec![&mut config.world],
+            other => other.model().into_iter().collect(),
+        }
+    }
+}
+
+impl LocaliserConfig for Config {
+    fn learn(
+        &self,
+        recording: &Recording,
+        snapshots: &[usize],
+        seed: Seed,
+    ) -> Result<Box<dyn Localiser>> {
+        learn(self, recording, snapshots, seed).map(Learned::boxed)
+    }
+}
+
+pub mod laws;

@@ -213,8 +213,8 @@ impl PlaceMap {
     /// d_m of a signature for every place m (eq. 1), `[place]`.
     pub fn differences(&self, signature: &[f32]) -> Vec<f32> {
         let parts = self.weighted_parts();
-        let of = |place: &Place| difference(&parts, &place.signature, signature) as f32;
-        self.places.iter().map(of).collect()
+        let unlike = |place: &Place| difference(&parts, &place.signature, signature) as f32;
+        self.places.iter().map(unlike).collect()
     }
 
     /// The place of least difference, the first of several: the nearest neighbour of D98 7.2.

@@ -23,6 +23,7 @@ mod layout;
 mod note;
 pub mod npz;
 pub mod safetensors;
+pub mod seen;
 mod trained_model;
 mod training;
 

@@ -2,7 +2,7 @@
 //!
 //! Hinkel & Knieriemen, *Environment perception with a laser radar in a fast moving robot* (1988), count the directions of the
 //! lines between neighbouring points of a scan; in a building they gather round the directions of its walls. Most walls
-//! stand at right angles, so a main direction is told to a quarter turn only: whoever matches scans tries all four.
+//! stand at right angles, so a main direction is known to a quarter turn only: whoever matches scans tries all four.
 
 use super::occupancy::Reading;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -102,11 +102,11 @@ mod tests {
     fn the_walls_of_a_room_are_found_whatever_the_heading() {
         for i in 0..40 {
             let heading_rad = f64::from(i) * 0.17;
-            let told = main_direction(&room(heading_rad, 180)).unwrap();
+            let found = main_direction(&room(heading_rad, 180)).unwrap();
             // 4 times the angle, so that quarter turns vanish.
-            let off = wrapped(4.0 * (told + heading_rad)) / 4.0;
+            let off = wrapped(4.0 * (found + heading_rad)) / 4.0;
             assert!(
-                (0.0..FRAC_PI_2).contains(&told) && off.abs() < 0.02,
+                (0.0..FRAC_PI_2).contains(&found) && off.abs() < 0.02,
                 "{heading_rad}: {off}"
             );
         }

@@ -173,6 +173,11 @@ impl Recogniser for Ball {
         let answers = recording.select(snapshots).and_then(|r| self.answers(&r));
         answers.unwrap_or_else(|_| vec![None; snapshots.len()])
     }
+
+    /// Its features as they are, not the number of a pattern (T98 eq. 32).
+    fn detector(&self) -> Option<&dyn Detector> {
+        Some(&self.filters)
+    }
 }
 
 /// A recording of one snapshot, as detectors want it.

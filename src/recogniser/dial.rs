@@ -5,16 +5,17 @@
 //! paper doesn't say which parameters. Each recogniser here has one that decides how finely it tells snapshots apart.
 
 use super::Config;
+use std::borrow::Cow;
 
-/// The constant of a recogniser that is turned for more or fewer responses, and how far it may be turned.
+/// The constant of a recogniser that is set for more or fewer responses, and the range that is tried.
 ///
 /// ```
 /// use ballmark::recogniser::{Kind, dial::Dial};
 /// let mut config = Kind::Nearest.default_config();
 /// let dial = Dial::of(&config, 16);
-/// assert_eq!((dial.key, dial.is_at(&config)), ("spacing_m", 1.5));
-/// dial.turn(&mut config, 2.5);
-/// assert_eq!(dial.is_at(&config), 2.5);
+/// assert_eq!((&*dial.key, Dial::value(&config)), ("spacing_m", 1.5));
+/// Dial::turn(&mut config, 2.5);
+/// assert_eq!(Dial::value(&config), 2.5);
 /// assert!(!dial.more_makes_more); // farther apart, fewer places
 /// config.check()?;
 /// # Ok::<(), ballmark::Error>(())
@@ -22,7 +23,7 @@ use super::Config;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dial {
     /// Its key in configurations.
-    pub key: &'static str,
+    pub key: Cow<'static, str>,
     /// The least and the greatest that is tried. Ours.
     pub range: [f64; 2],
     /// Is it a whole number?
@@ -61,7 +62,7 @@ impl Dial {
             ),
         };
         Self {
-            key,
+            key: key.into(),
             range,
             is_whole,
             by_ratio,
@@ -69,8 +70,8 @@ impl Dial {
         }
     }
 
-    /// Where the constant stands; infinite where there is no bound.
-    pub fn is_at(&self, config: &Config) -> f64 {
+    /// The constant's value; infinite where there is no bound.
+    pub fn value(config: &Config) -> f64 {
         match config {
             Config::Nearest(c) => c.spacing_m,
             Config::GridMatch(c) => c.spacing_m,
@@ -82,8 +83,8 @@ impl Dial {
         }
     }
 
-    /// Turns it, to the nearest whole number where it is one.
-    pub fn turn(&self, config: &mut Config, to: f64) {
+    /// Sets the constant, to the nearest whole number where it is one.
+    pub fn turn(config: &mut Config, to: f64) {
         match config {
             Config::Nearest(c) => c.spacing_m = to,
             Config::GridMatch(c) => c.spacing_m = to,
@@ -95,7 +96,7 @@ impl Dial {
         }
     }
 
-    /// What stands at a share of the range, from 0, fewest responses, to 1, most.
+    /// The value at a share of the range, from 0, fewest responses, to 1, most.
     pub fn at(&self, share: f64) -> f64 {
         let share = if self.more_makes_more {
             share
@@ -125,8 +126,8 @@ mod tests {
             let dial = Dial::of(&config, 20);
             let mut before = f64::NAN;
             for share in [0.0, 0.3, 0.7, 1.0] {
-                dial.turn(&mut config, dial.at(share));
-                let value = dial.is_at(&config);
+                Dial::turn(&mut config, dial.at(share));
+                let value = Dial::value(&config);
                 assert_eq!(value, dial.at(share), "{kind}");
                 assert!(value != before && (dial.range[0]..=dial.range[1]).contains(&value));
                 before = value;

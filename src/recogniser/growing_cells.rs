@@ -123,9 +123,9 @@ impl Learn for GrowingCells {
     ) -> Result<Self> {
         config.check()?;
         let layout = Layout::fit(&config.signature, recording, snapshots)?;
-        let of = |&k: &usize| layout.of(recording.channels(), &recording.observation(k));
+        let signature = |&k: &usize| layout.of(recording.channels(), &recording.observation(k));
         let wide = |signature: Vec<f32>| signature.into_iter().map(f64::from).collect();
-        let signals: Vec<Vec<f64>> = snapshots.iter().filter_map(of).map(wide).collect();
+        let signals: Vec<Vec<f64>> = snapshots.iter().filter_map(signature).map(wide).collect();
         let mut first: Vec<usize> = (0..signals.len()).collect();
         first.shuffle(&mut seed.stream("first cells"));
         let &[a, b, c, ..] = first.as_slice() else {

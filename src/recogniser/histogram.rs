@@ -1,4 +1,4 @@
-//! A local grid told by two histograms, and how well two of them match under the best translation.
+//! A local grid as two histograms, and how well two of them match under the best translation.
 //!
 //! Duckett & Nehmzow (2000), *Occupancy Histogram Matching*: how many cells of each column are occupied, empty and unknown,
 //! and how many of each row. Matching two such histograms costs a 64th of matching the grids. The sums are of bytes, side by
@@ -207,9 +207,9 @@ impl Sought {
 
             #[inline(always)]
             fn run(self) {
-                for (place, told) in self.1.iter().zip(self.2) {
-                    told.x = greatest(&match_sums(&place.x, &self.0.x));
-                    told.y = greatest(&match_sums(&place.y, &self.0.y));
+                for (place, best) in self.1.iter().zip(self.2) {
+                    best.x = greatest(&match_sums(&place.x, &self.0.x));
+                    best.y = greatest(&match_sums(&place.y, &self.0.y));
                 }
             }
         }

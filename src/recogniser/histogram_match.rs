@@ -136,8 +136,8 @@ impl Recogniser for HistogramMatch {
         let mut best: Option<(usize, u32)> = None;
         for states in self.scans.turns(states) {
             Sought::new(&HistogramPair::of(&states)).best_matches(&self.places, &mut matches);
-            for (class, told) in matches.iter().enumerate() {
-                let product = told.product();
+            for (class, matched) in matches.iter().enumerate() {
+                let product = matched.product();
                 if best.is_none_or(|(_, most)| product > most) {
                     best = Some((class, product));
                 }

@@ -1,310 +1,150 @@
-//! What every recogniser of the registry must keep.
+//! What every recogniser must keep, built-in or not, as a check that anybody can run on one's own.
 
-use super::test_world::{seeing, test_world};
-use super::{
-    ball::{Ball, BallConfig},
-    growing_cells::GrowingCellsConfig,
-    *,
-};
+use super::{Recogniser, RecogniserConfig, Response};
 use crate::{
-    detector::{
-        filters::Filters,
-        input::{Input, InputConfig},
-        net::{Activation, NetConfig, Weights},
-    },
+    error::{Error, Result},
     geometry::Pose,
-    registry::damaged,
+    recording::{Observation, Recording},
+    seed::Seed,
 };
-use ndarray::Array2;
 
-fn first_lap() -> Vec<usize> {
-    (0..104).collect()
-}
+/// Lets a recogniser learn from the mapping part of a recording, and looks whether it keeps the laws:
+///
+/// - the same constants, recording and seed give the same answers, for one thread or many;
+/// - there is an answer, or none, for every snapshot asked for; a class is below [`Recogniser::responses`], a fit is finite;
+/// - many snapshots together are answered as one by one;
+/// - it answers, or doesn't, but does not fail on readings that are 0, huge, infinite or NaN, nor without any sensor;
+/// - it looks at neither truth nor odometry;
+/// - another sensor than it learned from is refused, with its name;
+/// - it does not learn from nothing.
+///
+/// ```
+/// use ballmark::{recogniser::{Kind, laws}, seed::Seed, world::corridor};
+/// let config = corridor::CorridorConfig { runs: 2, spacing_m: 2.0, ..Default::default() };
+/// let recording = corridor::thrun1998(Seed(1), &config)?;
+/// let mapping: Vec<usize> = recording.runs()[0].clone().collect();
+/// laws::check(&Kind::Nearest.default_config(), &recording, &mapping)?;
+/// # Ok::<(), ballmark::Error>(())
+/// ```
+///
+/// # Errors
+/// Where the recogniser can't learn, or breaks a law: the message says which.
+pub fn check(
+    config: &dyn RecogniserConfig,
+    recording: &Recording,
+    mapping: &[usize],
+) -> Result<()> {
+    let kind = config.kind().to_string();
+    let broken = |law: String| Error::work(format!("{kind} breaks a law: {law}"));
+    let all: Vec<usize> = (0..recording.len()).collect();
+    let learn = || config.learn(recording, mapping, Seed(3));
 
-fn all(of: &Recording) -> Vec<usize> {
-    (0..of.len()).collect()
-}
-
-/// Learned with the default constants; BaLL, which must be told a model, from small random networks.
-fn learned(kind: Kind, recording: &Recording, seed: Seed) -> Learned {
-    if kind != Kind::Ball {
-        return learn(&kind.default_config(), recording, &first_lap(), seed).unwrap();
-    }
-    let input = Input::fit(&InputConfig::default(), recording, &first_lap()).unwrap();
-    let nets = NetConfig {
-        trunk: vec![8],
-        hidden: vec![3],
-        activation: Activation::Tanh,
-        gain: 1.0,
-    };
-    let mut weights = seed.stream("networks");
-    let mut weights = Weights::random(&nets, input.width(), 4, &mut weights);
-    // Untrained networks hardly differ from one half: these do.
-    weights.layers.iter_mut().for_each(|l| l.weight *= 5.0);
-    let ball = Ball::new(
-        &BallConfig::default(),
-        Filters::new(input, weights),
-        recording,
-        &first_lap(),
-    );
-    Learned::Ball(ball.unwrap())
-}
-
-type Bits = Vec<Option<(usize, u64)>>;
-
-fn bits(answers: &[Option<Response>]) -> Bits {
-    let of = |r: Response| (r.class, r.fit.to_bits());
-    answers.iter().map(|answer| answer.map(of)).collect()
-}
-
-fn text(learned: &Learned) -> String {
-    serde_json::to_string(learned).unwrap()
-}
-
-fn is_deterministic(kind: Kind) {
-    let room = test_world();
-    let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| {
-            let learned = learned(kind, &room, Seed(3));
-            let answers = learned.as_recogniser().respond_all(&room, &all(&room));
-            (text(&learned), bits(&answers))
-        })
-    };
-    let once = on(1);
-    assert_eq!(once, on(1));
-    assert_eq!(once, on(3));
-}
-
-fn recognises_something(kind: Kind) {
-    let room = test_world();
-    let learned = learned(kind, &room, Seed(3));
-    let recogniser = learned.as_recogniser();
-    assert_eq!(recogniser.name(), kind.name());
-    assert!(recogniser.matches() > 0);
-    // The least is BaLL's four bits, the most a grid of 4096 cells; all patterns together are no more than its file.
-    let bytes = recogniser.bytes_per_place();
-    assert!((4..5000).contains(&bytes), "{kind}: {bytes} bytes");
-    recogniser.check_channels(room.channels()).unwrap();
-    let answers = recogniser.respond_all(&room, &all(&room));
-    assert_eq!(answers.len(), room.len());
-    let classes: Vec<usize> = answers.iter().flatten().map(|r| r.class).collect();
-    assert!(classes.iter().all(|&c| c < recogniser.responses()));
-    let mut different = classes.clone();
-    different.sort_unstable();
-    different.dedup();
-    assert!(different.len() > 3, "{kind}: {different:?}");
-    // The second lap looks like the first but for noise: most answers are the same.
-    let same = (0..104).filter(|&k| {
-        let class = |k: usize| answers[k].map(|r| r.class);
-        class(k).is_some() && class(k) == class(k + 104)
-    });
-    let same = same.count();
-    assert!(same > 70, "{kind}: {same} of 104");
-}
-
-fn many_together_are_answered_as_one_by_one(kind: Kind) {
-    let room = test_world();
-    let learned = learned(kind, &room, Seed(3));
-    let recogniser = learned.as_recogniser();
-    let some = [150, 3, 3, 207, 0];
-    let together = recogniser.respond_all(&room, &some);
-    assert_eq!(together.len(), some.len());
-    for (k, together) in some.into_iter().zip(together) {
-        let alone = recogniser.respond(room.channels(), &room.observation(k));
-        if kind == Kind::Ball {
-            let (alone, together) = (alone.unwrap(), together.unwrap());
-            assert_eq!(alone.class, together.class);
-            assert!((alone.fit - together.fit).abs() < 1e-5);
-        } else {
-            assert_eq!(bits(&[alone]), bits(&[together]));
+    let recogniser = learn()?;
+    recogniser.check_channels(recording.channels())?;
+    let answers = recogniser.respond_all(recording, &all);
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|e| Error::work(format!("threads: {e}")))?;
+        let again = pool.install(|| Ok::<_, Error>(learn()?.respond_all(recording, &all)))?;
+        if !same(&again, &answers) {
+            return Err(broken(format!("other answers on {threads} threads")));
         }
     }
-}
-
-fn is_total(kind: Kind) {
-    let room = test_world();
-    let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX];
-    let scans: Vec<Recording> = [0.0, 1.0, -1.0, 1e-30, 1e30]
-        .into_iter()
-        .chain(odd)
-        .map(|v| seeing(&room, |_, _| v))
-        .chain([seeing(&room, |k, i| odd[(k + i) % 4])])
-        .collect();
-    let learned_there = |scans| learned(kind, scans, Seed(1));
-    for learned in scans.iter().chain([&room]).map(learned_there) {
-        let recogniser = learned.as_recogniser();
-        for scan in &scans {
-            let mut answers = recogniser.respond_all(scan, &[0, 1, 2, 3]);
-            answers.push(recogniser.respond(scan.channels(), &scan.observation(0)));
-            for answer in answers.into_iter().flatten() {
-                assert!(answer.fit.is_finite(), "{kind}: {answer:?}");
-                assert!(answer.class < recogniser.responses());
-            }
+    sound(recogniser.as_ref(), all.len(), &answers).map_err(broken)?;
+    for &k in &all {
+        let alone = recogniser.respond(recording.channels(), &recording.observation(k));
+        if alone.map(|a| a.class) != answers[k].map(|a| a.class) {
+            return Err(broken(format!(
+                "snapshot {k} is answered {alone:?} alone, {:?} among others",
+                answers[k]
+            )));
         }
-        // No sensor, no value, another sensor.
-        assert_eq!(recogniser.respond_all(&room, &[]).len(), 0);
-        assert_eq!(recogniser.respond(&[], &room.observation(0)), None);
-        let none = Array2::<f32>::zeros((1, 0));
-        let nothing = Observation {
-            values: none.row(0),
-            ..room.observation(0)
-        };
-        assert_eq!(recogniser.respond(room.channels(), &nothing), None);
-        assert_eq!(recogniser.respond(&[], &nothing), None);
-        let mut other = room.clone().into_columns();
-        other.channels[0].name = "lidar".into();
-        let other = Recording::new(other).unwrap();
-        assert_eq!(recogniser.respond_all(&other, &[0, 1]), [None, None]);
-        let error = recogniser.check_channels(other.channels()).unwrap_err();
-        assert!(error.to_string().contains("`sonar`"), "{error}");
     }
-    if kind != Kind::Ball {
-        let error = learn(&kind.default_config(), &room, &[], Seed(1)).unwrap_err();
-        assert!(error.to_string().starts_with(kind.name()), "{error}");
-    }
-}
-
-fn knows_neither_truth_nor_odometry(kind: Kind) {
-    let room = test_world();
-    let learned = learned(kind, &room, Seed(3));
-    let mut elsewhere = room.clone().into_columns();
-    for k in 0..room.len() {
-        elsewhere.pose[k] = Pose::new(-3.0 * k as f64, 7.0, 1.0);
-        elsewhere.odometry[k] = Pose::new(5.0 * k as f64, 2.0, -1.0);
-        elsewhere.stamp_s[k] = 1e6 - k as f64;
-    }
-    let elsewhere = Recording::new(elsewhere).unwrap();
-    let on = |r: &Recording| bits(&learned.as_recogniser().respond_all(r, &all(r)));
-    assert_eq!(on(&elsewhere), on(&room));
-}
-
-fn survives_its_file(kind: Kind) {
-    let room = test_world();
-    let kept = learned(kind, &room, Seed(3));
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("recogniser.json");
-    kept.write(&path).unwrap();
-    let read = Learned::read(&path).unwrap();
-    assert_eq!(text(&read), text(&kept));
-    let on = |l: &Learned| bits(&l.as_recogniser().respond_all(&room, &all(&room)));
-    assert_eq!(on(&read), on(&kept));
-
-    // Damaged: told, not believed.
-    let damaged = damaged(&std::fs::read_to_string(&path).unwrap());
-    assert!(damaged.len() > 2, "{}", damaged.len());
-    for text in damaged {
-        std::fs::write(&path, &text).unwrap();
-        let error = Learned::read(&path).expect_err(&text);
-        assert!(error.to_string().contains("recogniser.json"), "{error}");
-    }
-}
-
-fn has_a_name_and_constants(kind: Kind) {
-    assert_eq!(kind.name().parse::<Kind>().unwrap(), kind);
-    let config = kind.default_config();
-    assert_eq!(config.kind(), kind);
-    let json = serde_json::to_string(&config).unwrap();
-    assert!(
-        json.starts_with(&format!("{{\"kind\":\"{kind}\"")),
-        "{json}"
-    );
-    assert_eq!(serde_json::from_str::<Config>(&json).unwrap(), config);
-    assert_eq!(
-        toml::from_str::<Config>(&format!("kind = \"{kind}\"")).unwrap(),
-        config
-    );
-    let unknown = format!("kind = \"{kind}\"\nraduis = 1");
-    let error = toml::from_str::<Config>(&unknown).unwrap_err().to_string();
-    assert!(error.contains("raduis"), "{error}");
-    if kind != Kind::Ball {
-        config.check().unwrap();
-    }
-}
-
-/// All laws for all members: a new line in the registry is under them at once.
-macro_rules! laws {
-    ($($kind:ident, $module:ident, $config:ident, $what:literal $(, formerly $former:literal)?;)*) => { $(
-        mod $module {
-            laws!(@each $kind:
-                is_deterministic, recognises_something, many_together_are_answered_as_one_by_one, is_total,
-                knows_neither_truth_nor_odometry, survives_its_file, has_a_name_and_constants);
-        }
-    )* };
-    (@each $kind:ident: $($law:ident),*) => { $(
-        #[test]
-        fn $law() {
-            super::$law(super::Kind::$kind);
-        }
-    )* };
-}
-
-members!(laws);
-
-#[test]
-fn an_unknown_name_is_answered_with_all_that_there_are() {
-    let error = "rbf".parse::<Kind>().unwrap_err();
-    assert!(error.is_usage());
-    let error = error.to_string();
-    assert!(
-        Kind::ALL.iter().all(|kind| error.contains(kind.name())),
-        "{error}"
-    );
-}
-
-#[test]
-fn constants_that_make_no_sense_are_named() {
-    for (config, key) in [
-        ("kind = 'rce'\nradius = 2.5", "rce.radius = 2.5"),
-        ("kind = 'rce'\nradius = nan", "rce.radius"),
-        ("kind = 'nearest'\nspacing_m = 0.0", "nearest.spacing_m"),
-        ("kind = 'nearest'\nspacing_m = inf", "nearest.spacing_m"),
-        ("kind = 'art2'\nd = 0.95", "art2.c"),
-        ("kind = 'growing_cells'\nbest = 1.5", "growing_cells.best"),
-        (
-            "kind = 'growing_cells'\nneighbour = -0.1",
-            "growing_cells.neighbour",
-        ),
-        ("kind = 'growing_cells'\ndecay = nan", "growing_cells.decay"),
-        (
-            "kind = 'growing_cells'\nremoval = -1.0",
-            "growing_cells.removal",
-        ),
-        (
-            "kind = 'growing_cells'\ninterval = 0",
-            "growing_cells.interval = 0",
-        ),
-        (
-            "kind = 'growing_cells'\ncells = 2",
-            "growing_cells.cells = 2",
-        ),
-        ("kind = 'ball'\nmodel = ''", "ball.model"),
-        (
-            "kind = 'ball'\nmodel = 'm'\nmost_patterns = 0",
-            "ball.most_patterns",
-        ),
+    for (words, value) in [
+        ("0", 0.0),
+        ("1e30", 1e30),
+        ("infinite", f32::INFINITY),
+        ("NaN", f32::NAN),
     ] {
-        let config: Config = toml::from_str(config).unwrap();
-        let error = learn(&config, &test_world(), &first_lap(), Seed(0)).unwrap_err();
-        assert!(
-            error.is_usage() && error.to_string().starts_with(key),
-            "{error}"
-        );
+        let odd = changed(recording, |columns| columns.values.fill(value))?;
+        let answers = recogniser.respond_all(&odd, &all);
+        sound(recogniser.as_ref(), all.len(), &answers)
+            .map_err(|law| broken(format!("readings that are {words}: {law}")))?;
+    }
+    let nothing = ndarray::Array1::<f32>::zeros(0);
+    let without_sensors = Observation {
+        values: nothing.view(),
+        ..recording.observation(0)
+    };
+    if recogniser.respond(&[], &without_sensors).is_some() {
+        return Err(broken("an answer without any sensor".into()));
+    }
+    let elsewhere = changed(recording, |columns| {
+        for k in 0..columns.pose.len() {
+            columns.pose[k] = Pose::new(-3.0 * k as f64, 7.0, 1.0);
+            columns.odometry[k] = Pose::new(5.0 * k as f64, 2.0, -1.0);
+        }
+        columns.route_m = None;
+    })?;
+    if !same(&recogniser.respond_all(&elsewhere, &all), &answers) {
+        return Err(broken("its answers depend on truth or odometry".into()));
+    }
+    let mut names: Vec<String> = Vec::new();
+    let other = changed(recording, |columns| {
+        for channel in &mut columns.channels {
+            names.push(channel.name.clone());
+            channel.name = format!("another {}", channel.name);
+        }
+    })?;
+    match recogniser.check_channels(other.channels()) {
+        Ok(()) => return Err(broken("check_channels passes other sensors".into())),
+        Err(error) if names.iter().any(|name| error.to_string().contains(name)) => (),
+        Err(error) => {
+            let law = format!("check_channels does not name the sensor that is missing: {error}");
+            return Err(broken(law));
+        }
+    }
+    match config.learn(recording, &[], Seed(1)) {
+        Ok(_) => Err(broken("it learns from no snapshot at all".into())),
+        Err(_) => Ok(()),
     }
 }
 
-#[test]
-fn a_net_has_the_cells_asked_for_and_needs_three_snapshots() {
-    let room = test_world();
-    for cells in [3, 17, 40] {
-        let config = GrowingCellsConfig {
-            cells,
-            ..Default::default()
-        };
-        let net = learn(&Config::GrowingCells(config), &room, &first_lap(), Seed(0)).unwrap();
-        assert_eq!(net.as_recogniser().responses(), cells);
-    }
-    let config = Kind::GrowingCells.default_config();
-    let error = learn(&config, &room, &[0, 1], Seed(0)).unwrap_err();
-    assert!(error.to_string().contains("2 snapshots"), "{error}");
+/// The recording with some of its columns changed.
+fn changed(
+    recording: &Recording,
+    change: impl FnOnce(&mut crate::recording::Columns),
+) -> Result<Recording> {
+    let mut columns = recording.columns().clone();
+    change(&mut columns);
+    Recording::new(columns)
 }
+
+fn same(a: &[Option<Response>], b: &[Option<Response>]) -> bool {
+    let bits = |answer: &Option<Response>| answer.map(|a| (a.class, a.fit.to_bits()));
+    a.iter().map(bits).eq(b.iter().map(bits))
+}
+
+fn sound(
+    recogniser: &dyn Recogniser,
+    snapshots: usize,
+    answers: &[Option<Response>],
+) -> std::result::Result<(), String> {
+    if answers.len() != snapshots {
+        return Err(format!(
+            "{} answers; expected one for each of {snapshots} snapshots",
+            answers.len()
+        ));
+    }
+    let responses = recogniser.responses();
+    let is_sound = |answer: &&Response| answer.class < responses && answer.fit.is_finite();
+    match answers.iter().flatten().find(|answer| !is_sound(answer)) {
+        None => Ok(()),
+        Some(answer) => Err(format!(
+            "{answer:?}; expected a class below {responses} and a finite fit"
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -57,8 +57,8 @@ impl ScanConfig {
     /// A usage error that names the first one out of bounds.
     pub fn check(&self) -> Result<()> {
         let wrong = |key: &str, value: f64, expected: &str| {
-            let told = format!("scan.{key} = {value}: expected {expected}");
-            Err(Error::usage(told))
+            let message = format!("scan.{key} = {value}: expected {expected}");
+            Err(Error::usage(message))
         };
         for (key, opening) in [
             ("sonar_opening_rad", self.sonar_opening_rad),
@@ -120,13 +120,13 @@ impl LocalScans {
     /// # Errors
     /// Where one is missing, or holds no ranges with bearings; the message names it.
     pub fn check_channels(&self, channels: &[Channel]) -> Result<()> {
-        let there = |name: &&String| {
+        let is_there = |name: &&String| {
             let mut ranges = channels
                 .iter()
                 .filter(|channel| bearings(channel).is_some());
             ranges.any(|channel| channel.name == **name)
         };
-        match self.sensors.iter().find(|name| !there(name)) {
+        match self.sensors.iter().find(|name| !is_there(name)) {
             None => Ok(()),
             Some(name) => Err(Error::work(format!(
                 "occupancy grids: expected a channel `{}` with unit `m` and a bearing for each value",

@@ -2,8 +2,8 @@
 //!
 //! Duckett & Nehmzow, *Performance Comparison of Landmark Recognition Systems for Navigating Mobile Robots* (2000, below
 //! D00), compare such systems as black boxes: each learns from a robot's first lap, then answers every snapshot of the
-//! others with the number of a class, a place or a pattern. What the number means is nobody's business but its own;
-//! [`crate::score`] asks how much it tells about the place.
+//! others with the number of a class, a place or a pattern. The number identifies a class that only the recogniser can
+//! interpret; [`crate::score`] measures how much it tells about the place.
 //!
 //! ```
 //! use ballmark::{recogniser::{self, Kind, Learned}, seed::Seed, world::corridor};
@@ -22,7 +22,8 @@
 //! # Ok::<(), ballmark::Error>(())
 //! ```
 //!
-//! A new recogniser is one file, which implements [`Recogniser`] and [`Learn`], one line in the registry below, and one
+//! A recogniser of another crate implements [`Recogniser`], and its constants [`RecogniserConfig`]: `examples/own_recogniser.rs`.
+//! A new built-in one is one file, which implements [`Recogniser`] and [`Learn`], one line in the registry below, and one
 //! that says which of its constants changes the number of its responses ([`dial`]).
 
 pub mod alignment;
@@ -42,12 +43,16 @@ pub mod rce;
 pub mod signature;
 
 use crate::{
+    detector::Detector,
     error::Result,
     recording::{Channel, Observation, Recording},
+    registry::{Constants, boxed_config},
     seed::Seed,
 };
+use dial::Dial;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use std::path::PathBuf;
 
 /// What a recogniser answers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -60,8 +65,8 @@ pub struct Response {
 
 /// Answers snapshots, one by one.
 pub trait Recogniser: Send + Sync {
-    /// Its name in configurations and tables.
-    fn name(&self) -> &'static str;
+    /// Its name in messages.
+    fn name(&self) -> &str;
 
     /// Number of different responses it can give.
     fn responses(&self) -> usize;
@@ -90,7 +95,41 @@ pub trait Recogniser: Send + Sync {
             .map(|&k| self.respond(recording.channels(), &recording.observation(k)))
             .collect()
     }
+
+    /// Where its response is a rounding of stochastic features: the detector that gives their probabilities. Error reduction
+    /// is then that of the features.
+    fn detector(&self) -> Option<&dyn Detector> {
+        None
+    }
 }
+
+/// Constants that a recogniser is learned with: a built-in [`Config`], or a type of one's own.
+pub trait RecogniserConfig: Constants + BoxedRecogniserConfig {
+    /// Learns from some snapshots of a recording (the mapping part), in the order given. Randomness comes from streams of
+    /// `seed`.
+    ///
+    /// # Errors
+    /// Where a constant makes no sense (a usage error), or the snapshots are not enough to learn from.
+    fn learn(
+        &self,
+        recording: &Recording,
+        snapshots: &[usize],
+        seed: Seed,
+    ) -> Result<Box<dyn Recogniser>>;
+
+    /// The constant that is set so that the recogniser gives about so many responses. Without one it is judged as it is.
+    fn dial(&self, responses: usize) -> Option<Dial> {
+        let _ = responses;
+        None
+    }
+
+    /// Sets that constant.
+    fn turn_dial(&mut self, to: f64) {
+        let _ = to;
+    }
+}
+
+boxed_config!(RecogniserConfig, BoxedRecogniserConfig);
 
 /// What a member of the registry can do besides: learn, and be kept in a file.
 pub trait Learn: Recogniser + Serialize + DeserializeOwned {
@@ -141,7 +180,46 @@ macro_rules! registry {
 }
 members!(registry);
 
-#[cfg(test)]
-mod laws;
+impl Constants for Config {
+    fn kind(&self) -> &str {
+        Config::kind(self).name()
+    }
+
+    fn description(&self) -> &str {
+        Config::kind(self).what()
+    }
+
+    fn check(&self) -> Result<()> {
+        Config::check(self)
+    }
+
+    fn model(&mut self) -> Option<&mut PathBuf> {
+        match self {
+            Config::Ball(config) => Some(&mut config.model),
+            _ => None,
+        }
+    }
+}
+
+impl RecogniserConfig for Config {
+    fn learn(
+        &self,
+        recording: &Recording,
+        snapshots: &[usize],
+        seed: Seed,
+    ) -> Result<Box<dyn Recogniser>> {
+        learn(self, recording, snapshots, seed).map(Learned::boxed)
+    }
+
+    fn dial(&self, responses: usize) -> Option<Dial> {
+        Some(Dial::of(self, responses))
+    }
+
+    fn turn_dial(&mut self, to: f64) {
+        Dial::turn(self, to);
+    }
+}
+
+pub mod laws;
 #[cfg(test)]
 pub(crate) mod test_world;

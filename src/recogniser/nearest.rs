@@ -4,7 +4,7 @@
 //! retrospectively corrected odometry in these experiments […]) to decide when to add new patterns", "at 1.5 m intervals".
 //! The intervals are distances from the nearest *stored* pattern, not along the way: D00's Table 1 has about 16 responses
 //! on a route of 54 m that comes back through the same hallway, where 1.5 m of travel each would make 36 (so does D98, 3.1,
-//! for its places). The position is the pose of the mapping part; what answers later is never told it.
+//! for its places). The position is the pose of the mapping part; what answers later does not know it.
 
 use super::{Learn, Recogniser, Response, prototypes::Prototypes, signature::SignatureConfig};
 use crate::{
@@ -163,10 +163,10 @@ mod tests {
     fn hallway() -> Vec<Pose> {
         let bar = |i: i32| Pose::new(0.5 * f64::from(i), 0.0, 0.0);
         let stem = |i: i32| Pose::new(8.0, -0.5 * f64::from(i), 0.0);
-        let there = (0..=16).map(bar).chain((1..=22).map(stem));
+        let out = (0..=16).map(bar).chain((1..=22).map(stem));
         let back = (0..22).rev().map(stem).chain((17..=32).map(bar));
         let home = (0..32).rev().map(bar);
-        there.chain(back).chain(home).collect()
+        out.chain(back).chain(home).collect()
     }
 
     #[test]

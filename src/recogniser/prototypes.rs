@@ -81,11 +81,12 @@ impl Prototypes {
         let blocks: Vec<Vec<Option<Response>>> = snapshots
             .par_chunks(SNAPSHOTS)
             .map(|snapshots| {
-                let of = |k: &usize| {
+                let signature = |k: &usize| {
                     self.layout
                         .of(recording.channels(), &recording.observation(*k))
                 };
-                let signatures: Vec<f32> = snapshots.iter().filter_map(of).flatten().collect();
+                let signatures: Vec<f32> =
+                    snapshots.iter().filter_map(signature).flatten().collect();
                 self.most_like_each(&signatures)
             })
             .collect();

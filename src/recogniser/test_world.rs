@@ -77,7 +77,7 @@ fn recording(values: Array2<f32>, pose: Vec<Pose>) -> Recording {
 }
 
 /// The same snapshots with other values.
-pub(crate) fn seeing(of: &Recording, value: impl Fn(usize, usize) -> f32) -> Recording {
-    let values = Array2::from_shape_fn(of.values().dim(), |(k, i)| value(k, i));
-    recording(values, of.poses().to_vec())
+pub(crate) fn seeing(seen: &Recording, value: impl Fn(usize, usize) -> f32) -> Recording {
+    let values = Array2::from_shape_fn(seen.values().dim(), |(k, i)| value(k, i));
+    recording(values, seen.poses().to_vec())
 }

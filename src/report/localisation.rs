@@ -3,7 +3,10 @@
 use super::{Cell, Curve, Table, line_plot};
 use crate::{
     error::Result,
-    experiment::localisation::{MethodResult, Record, TrialSummary},
+    experiment::{
+        convergence::Row,
+        localisation::{MethodResult, Record, TrialSummary},
+    },
 };
 
 /// Distances at which the table shows the mean expected error, in metres.
@@ -11,17 +14,23 @@ const SHOWN_AT_M: f64 = 10.0;
 
 /// One row a method.
 pub fn table(record: &Record) -> Table {
-    let priors: Vec<String> = record.results.first().map_or(Vec::new(), |s| {
-        s.held_out.iter().map(|h| h.prior.to_string()).collect()
-    });
+    let priors: Vec<String> = record.priors.iter().map(ToString::to_string).collect();
     let mut headers = vec!["system".to_string()];
+    let reduction = |prior: &String| format!("{} %", plus_minus(prior));
+    headers.extend(priors.iter().map(reduction));
     headers.extend(
-        priors
-            .iter()
-            .map(|prior| format!("{} %", plus_minus(prior))),
+        [
+            "found %",
+            "after m",
+            "<1m at m",
+            "error m",
+            "tracked m",
+            "bytes",
+        ]
+        .map(String::from),
     );
-    headers.extend(["found %", "in m", "<1m", "10m", "tracked", "bytes"].map(String::from));
     let mut table = Table::new(headers);
+    let mut is_marked = false;
     for result in &record.results {
         let mut row = vec![Cell::Text(result.title.clone())];
         for i in 0..priors.len() {
@@ -34,9 +43,23 @@ pub fn table(record: &Record) -> Table {
         let global = &result.global;
         row.push(Cell::Number(100.0 * global.converged_fraction, 0));
         row.push(Cell::number(global.distance_to_converge_m, 1));
-        row.push(Cell::number(global.mean_error_below_1m_at_m, 1));
-        row.push(Cell::number(error_at(global, SHOWN_AT_M), 2));
-        row.push(Cell::number(error_at(&result.tracking, SHOWN_AT_M), 2));
+        row.push(match global.mean_error_below_1m_at_m {
+            Some(distance_m) if global.mean_error_below_1m_is_uncertain => {
+                is_marked = true;
+                Cell::Uncertain(distance_m, 1)
+            }
+            distance_m => Cell::number(distance_m, 1),
+        });
+        for summary in [global, &result.tracking] {
+            let at = error_at(summary, SHOWN_AT_M);
+            row.push(match at {
+                Some(at) if at.is_uncertain() => {
+                    is_marked = true;
+                    Cell::Uncertain(at.expected_error_m, 2)
+                }
+                at => Cell::number(at.map(|at| at.expected_error_m), 2),
+            });
+        }
         let bytes = result.bytes_per_place.map(|bytes| bytes as u64);
         row.push(bytes.map_or(Cell::Missing, Cell::Count));
         table.row(row);
@@ -52,18 +75,22 @@ pub fn table(record: &Record) -> Table {
         },
     ));
     table.caption(format!(
-        "{} % = share of the prior error that one snapshot takes away,\n  over {} of {} unseen snapshots: those at places seen in training",
+        "{} % = share of the prior error that one snapshot removes,\n  over {} of {} unseen snapshots: those at places seen in training",
         priors.iter().map(|prior| plus_minus(prior)).collect::<Vec<_>>().join(", "),
         record.covered,
         record.unseen
     ));
     for line in [
-        "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  in m = median metres until then (–: fewer than half)",
-        "<1m = metres after which the mean expected error first falls under 1 m;\n  10m = that mean after 10 m, in metres, over the trials that go so far",
-        "tracked = the same from a known start (–: no trial is that long)",
+        "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  after m = median metres until then (–: fewer than half)",
+        "<1m at m = metres after which the mean expected error first falls under 1 m;\n  error m = that mean in metres after 10 m, over the trials that go so far",
+        "tracked m = the same mean after 10 m from a known start (–: no trial is that long)",
         "bytes = what the map keeps of each place, besides its pose",
     ] {
         table.caption(line);
+    }
+    if is_marked {
+        table
+            .caption("* over fewer than 10 trials, or those of a single run or stretch: uncertain");
     }
     table
 }
@@ -76,12 +103,9 @@ fn plus_minus(prior: &str) -> String {
     }
 }
 
-fn error_at(summary: &TrialSummary, distance_m: f64) -> Option<f64> {
-    summary
-        .error_by_distance
-        .iter()
-        .find(|row| row.distance_m >= distance_m - 1e-9)
-        .map(|row| row.expected_error_m)
+fn error_at(summary: &TrialSummary, distance_m: f64) -> Option<&Row> {
+    let mut rows = summary.error_by_distance.iter();
+    rows.find(|row| row.distance_m >= distance_m - 1e-9)
 }
 
 /// All mean curves, one row a method, kind of start and distance.
@@ -100,7 +124,7 @@ pub fn curves(record: &Record) -> Table {
         for (start, summary) in [("anywhere", &result.global), ("known", &result.tracking)] {
             for row in &summary.error_by_distance {
                 table.row([
-                    Cell::Text(result.name.into()),
+                    Cell::Text(result.name.clone()),
                     Cell::Text(start.into()),
                     Cell::Number(row.distance_m, 2),
                     Cell::Number(row.expected_error_m, 4),

@@ -9,6 +9,8 @@ pub enum Cell {
     Text(String),
     /// A number and how many decimals a reader is shown; CSV keeps all digits. Not finite: shown as missing.
     Number(f64, usize),
+    /// A number that rests on little, marked for readers with an asterisk; say why in the caption. CSV has the number alone.
+    Uncertain(f64, usize),
     /// A count.
     Count(u64),
     /// No value: a dash for readers, nothing in CSV. Say why in the caption.
@@ -34,8 +36,11 @@ impl Cell {
                     .all(|b| matches!(b, b'0' | b'.'));
                 shown[usize::from(zero && shown.starts_with('-'))..].to_string() // −0.00 is 0.00
             }
+            Cell::Uncertain(value, decimals) if value.is_finite() => {
+                Cell::Number(*value, *decimals).shown() + "*"
+            }
             Cell::Count(count) => count.to_string(),
-            Cell::Number(..) | Cell::Missing => "–".to_string(),
+            Cell::Number(..) | Cell::Uncertain(..) | Cell::Missing => "–".to_string(),
             Cell::Failed(note) => format!("failed [{note}]"),
         }
     }
@@ -43,9 +48,11 @@ impl Cell {
     fn in_csv(&self) -> String {
         match self {
             Cell::Text(text) => quoted(text),
-            Cell::Number(value, _) if value.is_finite() => value.to_string(),
+            Cell::Number(value, _) | Cell::Uncertain(value, _) if value.is_finite() => {
+                value.to_string()
+            }
             Cell::Count(count) => count.to_string(),
-            Cell::Number(..) | Cell::Missing => String::new(),
+            Cell::Number(..) | Cell::Uncertain(..) | Cell::Missing => String::new(),
             Cell::Failed(_) => "failed".to_string(),
         }
     }

@@ -90,3 +90,42 @@ impl Judgement {
         }
     }
 }
+
+/// Corrected for chance, less than this share of a coefficient is left where chance makes most of it …
+const MOSTLY_CHANCE: f64 = 0.5;
+/// … and a coefficient below this is nothing to warn of.
+const WORTH_A_WARNING: f64 = 0.1;
+/// With fewer data points a location than this, chance makes a good part of a coefficient.
+const FEW_A_LOCATION: usize = 5;
+
+/// Why a coefficient U(L|R) of `n` data points must not be taken as it stands; `None` where it may.
+///
+/// ```
+/// use ballmark::score::Caution;
+/// assert_eq!(Caution::of(17, 77, Some(0.914), Some(0.225)), Some(Caution::MostlyChance));
+/// assert_eq!(Caution::of(300, 77, Some(0.9), Some(0.8)), Some(Caution::FewData));
+/// assert_eq!(Caution::of(800, 77, Some(0.9), Some(0.85)), None);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Caution {
+    /// Corrected for chance, less than half of it is left.
+    MostlyChance,
+    /// There are fewer than five data points a location.
+    FewData,
+}
+
+impl Caution {
+    /// From the number of data points and of locations, the coefficient, and the coefficient corrected for chance.
+    pub fn of(
+        n: usize,
+        locations: usize,
+        coefficient: Option<f64>,
+        corrected: Option<f64>,
+    ) -> Option<Self> {
+        let coefficient = coefficient.filter(|u| *u >= WORTH_A_WARNING)?;
+        if corrected.is_some_and(|corrected| corrected < MOSTLY_CHANCE * coefficient) {
+            return Some(Caution::MostlyChance);
+        }
+        (n < FEW_A_LOCATION * locations).then_some(Caution::FewData)
+    }
+}

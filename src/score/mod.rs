@@ -25,7 +25,7 @@ pub use bootstrap::Interval;
 pub use contingency::{Contingency, Counts};
 pub use correction::{corrected_coefficient, expected_mutual_information, permutation_p};
 pub use holm::holm;
-pub use judgement::{Effort, Judgement};
+pub use judgement::{Caution, Effort, Judgement};
 pub use paired_t::PairedT;
 pub use posterior::PosteriorScore;
 pub use responses::Responses;

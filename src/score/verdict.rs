@@ -1,15 +1,11 @@
 //! Everything that is said about a file of responses, under the names that users and other programs rely on.
 
 use super::{
-    judgement::{Effort, Judgement},
+    judgement::{Caution, Effort, Judgement},
     responses::Responses,
 };
 use crate::seed::Seed;
 use serde::Serialize;
-
-/// A coefficient of which correction for chance leaves less than this share is pointed out, and one below this is not.
-const MOSTLY_CHANCE: f64 = 0.5;
-const WORTH_A_NOTE: f64 = 0.1;
 
 /// What the responses of a file are worth, over all rows and at each distance; serialised, its fields are the JSON keys.
 ///
@@ -118,14 +114,19 @@ impl Verdict {
         if let (Some(plain), Some(corrected)) = (
             overall.uncertainty_coefficient,
             overall.uncertainty_coefficient_corrected,
-        ) && plain >= WORTH_A_NOTE
-            && corrected < MOSTLY_CHANCE * plain
-        {
+        ) {
             let (n, locations, responses) = (overall.n, overall.locations, overall.responses);
-            notes.push(format!(
-                "{n} rows are few for {locations} locations and {responses} responses: chance alone makes most of \
-                 U(L|R) = {plain:.3}; the corrected coefficient is {corrected:.3}"
-            ));
+            let share = match Caution::of(n, locations, Some(plain), Some(corrected)) {
+                Some(Caution::MostlyChance) => "most",
+                Some(Caution::FewData) => "some",
+                None => "",
+            };
+            if !share.is_empty() {
+                notes.push(format!(
+                    "{n} rows are few for {locations} locations and {responses} responses: chance alone makes {share} of \
+                     U(L|R) = {plain:.3}; the corrected coefficient is {corrected:.3}"
+                ));
+            }
         }
         if let Some(rows) = &self.by_distance {
             let single = rows.iter().filter(|row| row.judgement.n == 1).count();

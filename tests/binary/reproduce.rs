@@ -5,8 +5,8 @@ use super::support::Workplace;
 #[test]
 fn the_papers_figures_stand_beside_ours() {
     let place = Workplace::new();
-    let told = place.ballmark(&["reproduce", "duckett1998", "--toy", "--out", "r"]);
-    let text = &told.done().stdout;
+    let answer = place.ballmark(&["reproduce", "duckett1998", "--toy", "--out", "r"]);
+    let text = &answer.done().stdout;
     for part in [
         "evidence-based localisation: distance to U = 0.9 (m)",
         "paper",
@@ -38,12 +38,12 @@ fn the_papers_figures_stand_beside_ours() {
 #[test]
 fn a_paper_that_nobody_knows_is_refused() {
     let place = Workplace::new();
-    let told = place.ballmark(&["reproduce", "thrun1899"]);
-    assert_eq!(told.status, 2);
+    let answer = place.ballmark(&["reproduce", "thrun1899"]);
+    assert_eq!(answer.status, 2);
     assert!(
-        told.stderr.contains("duckett1998, duckett2000"),
+        answer.stderr.contains("duckett1998, duckett2000"),
         "{}",
-        told.stderr
+        answer.stderr
     );
     let file = place.write("taken", "a file");
     let file = file.to_str().unwrap();

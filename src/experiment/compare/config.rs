@@ -1,11 +1,18 @@
 //! What is compared with what, as a TOML file says it. A key that nobody knows is an error.
 
-use super::system::{System, SystemConfig};
+use super::{
+    registry::Registry,
+    system::{System, SystemConfig},
+};
 use crate::{
     error::{Error, Result},
     experiment::{
         error_reduction::ErrorReductionConfig, landmarks::LandmarksConfig,
         protocol::ProtocolConfig, recognition::RecognitionConfig, standard::StandardConfig,
+    },
+    recording::{
+        Recording,
+        split::{AUTO_STRETCH_M, ENOUGH_RUNS, Unit},
     },
     toml_file::TomlFile,
 };
@@ -19,6 +26,10 @@ use std::{
 const MOST: usize = 100;
 
 /// A comparison: every system on every dataset, and what is asked of them. Each section that is there makes a table.
+///
+/// From a program, systems may be values of one's own types:
+/// `CompareConfig { system: vec![SystemConfig::recogniser("mine", Mine { … })], …, ..Default::default() }`
+/// (`examples/own_recogniser.rs`). From a text:
 ///
 /// ```
 /// use ballmark::experiment::compare::CompareConfig;
@@ -102,13 +113,37 @@ fn first_seed() -> u64 {
     1
 }
 
+impl Default for CompareConfig {
+    /// Nothing is compared yet.
+    fn default() -> Self {
+        Self {
+            seed: first_seed(),
+            dataset: Vec::new(),
+            system: Vec::new(),
+            protocol: ProtocolConfig::default(),
+            standard: None,
+            recognition: None,
+            error_reduction: None,
+            landmarks: None,
+        }
+    }
+}
+
 impl CompareConfig {
-    /// Reads and checks a file.
+    /// Reads and checks a file that names built-in kinds.
     ///
     /// # Errors
     /// Where it can't be read, or as [`CompareConfig::parse`]; the message begins with the file's name.
     pub fn read(path: &Path) -> Result<Self> {
-        Self::from_file(&TomlFile::read(path)?)
+        Self::read_with(&Registry::built_in(), path)
+    }
+
+    /// The same where the file may name kinds of one's own.
+    ///
+    /// # Errors
+    /// As [`CompareConfig::read`].
+    pub fn read_with(registry: &Registry, path: &Path) -> Result<Self> {
+        Self::from_file(registry, &TomlFile::read(path)?)
     }
 
     /// The same from a text.
@@ -117,10 +152,18 @@ impl CompareConfig {
     /// A usage error that names the line, as far as one key or table is at fault: a key that is unknown or of the wrong
     /// type, a value that makes no sense, a system of unknown kind, two of one name, nothing to compare, nothing asked.
     pub fn parse(text: &str) -> Result<Self> {
-        Self::from_file(&TomlFile::from_text(text))
+        Self::parse_with(&Registry::built_in(), text)
     }
 
-    fn from_file(text: &TomlFile) -> Result<Self> {
+    /// The same where the text may name kinds of one's own, which `registry` knows.
+    ///
+    /// # Errors
+    /// As [`CompareConfig::parse`].
+    pub fn parse_with(registry: &Registry, text: &str) -> Result<Self> {
+        Self::from_file(registry, &TomlFile::from_text(text))
+    }
+
+    fn from_file(registry: &Registry, text: &TomlFile) -> Result<Self> {
         let file: File = text.parse()?;
         let system = file.system.into_iter().map(|keys| {
             let at: BTreeMap<String, usize> = keys
@@ -131,7 +174,7 @@ impl CompareConfig {
             let keys = keys
                 .into_iter()
                 .map(|(key, value)| (key, value.into_inner()));
-            SystemConfig::of_table(keys.collect()).map_err(|(key, fault)| {
+            registry.parse(keys.collect()).map_err(|(key, fault)| {
                 let line = key.and_then(|key| at.get(&key)).unwrap_or(&first);
                 text.refusal(*line, format!("[[system]]: {fault}"))
             })
@@ -148,6 +191,26 @@ impl CompareConfig {
         };
         config.check().map_err(|fault| text.locate(fault))?;
         Ok(config)
+    }
+
+    /// The protocol for a recording. Where it is split in stretches whose length nobody named, they have room for the trials
+    /// of `[standard]`: twice their length, or less where the recording is too short for as many stretches as folds.
+    pub(super) fn protocol_for(&self, recording: &Recording) -> ProtocolConfig {
+        let mut protocol = self.protocol.clone();
+        let in_stretches = recording.runs().len() < ENOUGH_RUNS;
+        if let (Some(standard), Unit::Auto, true) =
+            (&self.standard, protocol.split.unit, in_stretches)
+        {
+            let travelled = recording.travelled_m();
+            let runs = recording.runs().into_iter();
+            let total_m: f64 = runs
+                .map(|run| travelled[run.end - 1] - travelled[run.start])
+                .sum();
+            let most_m = total_m / protocol.split.folds.max(1) as f64;
+            let length_m = (2.0 * standard.trial_m).min(most_m).max(AUTO_STRETCH_M);
+            protocol.split.unit = Unit::Stretch(length_m);
+        }
+        protocol
     }
 
     /// The same questions with few trials, resamples and steps: it says whether everything works, and little more.
@@ -229,7 +292,7 @@ impl CompareConfig {
                 "error_reduction",
                 self.error_reduction.is_some(),
                 System::takes_snapshots,
-                "recogniser or hand-made landmark",
+                "recogniser or detector",
             ),
             (
                 "landmarks",
@@ -251,10 +314,10 @@ impl CompareConfig {
                 )));
             }
         }
-        let of_systems = LandmarksConfig::default();
+        let default = LandmarksConfig::default();
         if let Some(landmarks) = &self.landmarks
             && (&landmarks.door, &landmarks.ceiling_light)
-                != (&of_systems.door, &of_systems.ceiling_light)
+                != (&default.door, &default.ceiling_light)
         {
             return Err(Error::usage(
                 "[landmarks]: constants of a detector; expected them in its [[system]]",
@@ -270,6 +333,26 @@ impl CompareConfig {
 }
 
 impl DatasetConfig {
+    /// A dataset's file, called as it is without its ending.
+    pub fn file(path: impl Into<PathBuf>) -> Self {
+        let file = Some(path.into());
+        Self {
+            file,
+            ..Self::default()
+        }
+        .named()
+    }
+
+    /// A world's file, to be simulated at once, called as it is without its ending.
+    pub fn world(path: impl Into<PathBuf>) -> Self {
+        let world = Some(path.into());
+        Self {
+            world,
+            ..Self::default()
+        }
+        .named()
+    }
+
     /// With the name that it goes by.
     fn named(mut self) -> Self {
         let path = self.file.as_ref().or(self.world.as_ref());

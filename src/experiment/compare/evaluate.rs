@@ -15,16 +15,14 @@ use crate::{
         error_reduction::{self, Curve, ErrorReductionConfig},
         landmarks::{self, LandmarkRecord, LandmarksConfig},
         protocol::Protocol,
-        recognition::{RecognitionConfig, RecognitionRecord, recognise, seconds_per_match},
+        recognition::{Recognition, RecognitionConfig, recognise, seconds_per_match},
         standard::{self, StandardConfig},
     },
-    localiser,
-    model::Model,
-    recogniser,
+    recogniser::Recogniser,
     score::Binning,
     seed::Seed,
 };
-use std::path::Path;
+use std::{cell::RefCell, collections::HashMap, path::Path};
 
 /// Asks all systems about one dataset.
 pub(super) struct Evaluator<'a, 'w> {
@@ -32,7 +30,7 @@ pub(super) struct Evaluator<'a, 'w> {
     /// Where files lie that systems name.
     pub folder: &'a Path,
     pub loaded: &'a LoadedDataset,
-    /// The protocol, or why it can't be set.
+    /// The protocol, or why it can't be applied to the dataset.
     pub protocol: Result<Protocol<'a>>,
     pub model_cache: ModelCache<'a>,
     pub dataset: &'a str,
@@ -45,10 +43,17 @@ impl Evaluator<'_, '_> {
         self.progress_counter
             .next(&format!("{}: training", self.dataset));
         let systems = self.config.system.iter();
-        let systems: Vec<Result<System>> = systems.map(|told| self.ready(told)).collect();
+        let systems: Vec<Result<System>> = systems.map(|config| self.ready(config)).collect();
         if let Some(section) = &mut record.standard {
+            // A dataset without room for a trial fails once, not once a system.
             let binning = self.binning(section.config.bin_m);
-            self.fill(section, &systems, binning, Self::standard);
+            let shared = binning.and_then(|binning| match &self.protocol {
+                Ok(protocol) => standard::trials(protocol, &section.config).map(|_| binning),
+                Err(fault) => Err(Error::work(fault.to_string())),
+            });
+            self.fill(section, &systems, shared, |this, _, asked, shared| {
+                this.standard(asked, shared)
+            });
         }
         if let Some(section) = &mut record.recognition {
             let binning = self.binning(section.config.bin_m);
@@ -56,21 +61,24 @@ impl Evaluator<'_, '_> {
                 Ok(protocol) => Ok((binning, section.config.wanted(protocol, self.seed())?)),
                 Err(fault) => Err(Error::work(fault.to_string())),
             });
-            self.fill(section, &systems, shared, Self::recognition);
-            self.time(section, &systems, timing);
-            // Where a model that was trained here lies differs from call to call: what the configuration says is kept.
-            for (&number, cells) in section.systems.iter().zip(&mut section.cells) {
-                if let Some(Outcome::Done(done)) = cells.last_mut() {
-                    self.forget_files(number, done);
-                }
-            }
+            let tuned: RefCell<HashMap<usize, Box<dyn Recogniser>>> = RefCell::default();
+            self.fill(section, &systems, shared, |this, number, asked, shared| {
+                let recognition = this.recognition(number, asked, shared)?;
+                tuned.borrow_mut().insert(number, recognition.recogniser);
+                Ok(Some(recognition.record))
+            });
+            self.time(&section.systems, tuned.into_inner(), timing);
         }
         if let Some(section) = &mut record.error_reduction {
-            self.fill(section, &systems, Ok(()), Self::error_reduction);
+            self.fill(section, &systems, Ok(()), |this, _, asked, ()| {
+                this.error_reduction(asked)
+            });
         }
         if let Some(section) = &mut record.landmarks {
             match &self.loaded.world {
-                Some(world) => self.fill(section, &systems, Ok(world), Self::landmarks),
+                Some(world) => self.fill(section, &systems, Ok(world), |this, _, asked, world| {
+                    this.landmarks(asked, world)
+                }),
                 None => {
                     for row in &mut section.cells {
                         row.push(Outcome::NotAsked);
@@ -80,14 +88,14 @@ impl Evaluator<'_, '_> {
         }
     }
 
-    /// Asks one question of all systems that a section asks; `shared` is what the question needs of the dataset. A question
-    /// without an answer makes no sense here.
+    /// Asks one question of all systems that a section asks; the question gets the system's number, and `shared`, what it
+    /// needs of the dataset. `None` for an answer: the question makes no sense here.
     fn fill<C, S, T>(
         &mut self,
         section: &mut Section<C, T>,
         systems: &[Result<System>],
         shared: Result<S>,
-        question: impl Fn(&Self, &Protocol, &System, &C, &S) -> Result<Option<T>>,
+        question: impl Fn(&Self, usize, Asked<C>, &S) -> Result<Option<T>>,
     ) {
         for (&number, row) in section.systems.iter().zip(&mut section.cells) {
             let name = &self.config.system[number].name;
@@ -97,7 +105,12 @@ impl Evaluator<'_, '_> {
                 (Err(fault), ..) | (_, Err(fault), _) => Err(named(self.dataset, fault)),
                 (.., Err(fault)) => Err(named(name, fault)),
                 (Ok(protocol), Ok(shared), Ok(system)) => {
-                    let answer = question(self, protocol, system, &section.config, shared);
+                    let asked = Asked {
+                        protocol,
+                        system,
+                        config: &section.config,
+                    };
+                    let answer = question(self, number, asked, shared);
                     answer.map_err(|fault| named(name, &fault))
                 }
             };
@@ -110,41 +123,39 @@ impl Evaluator<'_, '_> {
     }
 
     /// A system with its files found, and its model trained where it names none.
-    fn ready(&mut self, told: &SystemConfig) -> Result<System> {
-        let mut system = told.system.clone().beside(self.folder);
+    fn ready(&mut self, config: &SystemConfig) -> Result<System> {
+        let mut system = config.system.clone().beside(self.folder);
         if let (Some(recipe), Some(model), Ok(protocol)) =
-            (told.recipe(), system.model(), &self.protocol)
+            (config.recipe(), system.model(), &self.protocol)
         {
             let (progress_counter, dataset) = (&mut *self.progress_counter, self.dataset);
             *model = self
                 .model_cache
-                .model(&told.name, &recipe, protocol, &mut |at| {
+                .model(&config.name, &recipe, protocol, &mut |at| {
                     let validation = at.best_validation.map_or(String::new(), |reduction| {
                         format!(", validation {:.0} %", 100.0 * reduction)
                     });
                     progress_counter.meanwhile(&format!(
                         "{dataset}: training {}, step {}{validation}",
-                        told.name, at.step
+                        config.name, at.step
                     ));
                 })?;
         }
         Ok(system)
     }
 
-    /// Times the recognisers of this dataset, one after the other.
+    /// Times the recognisers of this dataset, as they were tuned, one after the other.
     fn time(
         &self,
-        section: &Section<RecognitionConfig, RecognitionRecord>,
-        systems: &[Result<System>],
+        systems: &[usize],
+        tuned: HashMap<usize, Box<dyn Recogniser>>,
         timing: &mut Timing,
     ) {
-        timing
-            .seconds_per_match
-            .resize(section.systems.len(), Vec::new());
-        let rows = section.systems.iter().zip(&section.cells);
-        for ((&number, cells), times) in rows.zip(&mut timing.seconds_per_match) {
-            let tuned = cells.last().and_then(Outcome::done);
-            times.push(tuned.and_then(|tuned| self.seconds_per_match(&systems[number], tuned)));
+        timing.seconds_per_match.resize(systems.len(), Vec::new());
+        for (number, times) in systems.iter().zip(&mut timing.seconds_per_match) {
+            let recogniser = tuned.get(number).zip(self.protocol.as_ref().ok());
+            let seconds = recogniser.map(|(r, protocol)| seconds_per_match(protocol, r.as_ref()));
+            times.push(seconds);
         }
     }
 
@@ -161,105 +172,75 @@ impl Evaluator<'_, '_> {
 
     fn standard(
         &self,
-        protocol: &Protocol,
-        system: &System,
-        config: &StandardConfig,
+        asked: Asked<StandardConfig>,
         binning: &Binning,
     ) -> Result<Option<StandardCell>> {
-        let localiser = system.as_localiser().ok_or_else(|| unfit(system))?;
-        let learned = localiser::learn(
-            &localiser,
-            &protocol.recording,
-            &protocol.mapping,
-            self.seed(),
-        )?;
-        let localiser = learned.as_localiser();
-        localiser.check_channels(protocol.recording.channels())?;
+        let (protocol, seed) = (asked.protocol, self.seed());
+        let (recording, mapping) = (&protocol.recording, &protocol.mapping);
+        let localiser = asked.system.learn_localiser(recording, mapping, seed)?;
+        let localiser = localiser.ok_or_else(|| unfit(asked.system))?;
+        localiser.check_channels(recording.channels())?;
         Ok(Some(StandardCell {
             places: localiser.places(),
             bytes_per_place: localiser.bytes_per_place(),
-            record: standard::play(protocol, binning, localiser, config, self.seed())?,
+            record: standard::play(protocol, binning, localiser.as_ref(), asked.config, seed)?,
         }))
     }
 
     fn recognition(
         &self,
-        protocol: &Protocol,
-        system: &System,
-        config: &RecognitionConfig,
+        number: usize,
+        asked: Asked<RecognitionConfig>,
         (binning, wanted): &(Binning, usize),
-    ) -> Result<Option<RecognitionRecord>> {
-        match system {
-            System::Recogniser(recogniser) => recognise(
-                protocol,
-                binning,
-                recogniser,
-                Some(*wanted),
-                config,
-                self.seed(),
-            )
-            .map(Some),
-            _ => Err(unfit(system)),
-        }
-    }
-
-    /// Seconds for one pattern to be compared with a snapshot, by a recogniser as it was tuned.
-    fn seconds_per_match(&self, system: &Result<System>, tuned: &RecognitionRecord) -> Option<f64> {
-        let (Ok(protocol), Ok(System::Recogniser(_))) = (&self.protocol, system) else {
-            return None;
+    ) -> Result<Recognition> {
+        let System::Recogniser(recogniser) = asked.system else {
+            return Err(unfit(asked.system));
         };
-        let (recording, mapping) = (&protocol.recording, &protocol.mapping);
-        let learned = recogniser::learn(&tuned.config, recording, mapping, self.seed()).ok()?;
-        Some(seconds_per_match(protocol, learned.as_recogniser()))
-    }
-
-    /// Gives the files in a tuned recogniser the names that the configuration gives them.
-    fn forget_files(&self, number: usize, done: &mut RecognitionRecord) {
-        let mut told = self.config.system[number].system.clone();
-        let mut tuned = System::Recogniser(done.config.clone());
-        if let (Some(named), Some(used)) = (told.model(), tuned.model()) {
+        let mut recognition = recognise(
+            asked.protocol,
+            binning,
+            recogniser.as_ref(),
+            Some(*wanted),
+            asked.config,
+            self.seed(),
+        )?;
+        // Where a model that was trained here lies differs from call to call: the record has the names of the configuration.
+        let mut named = self.config.system[number].system.clone();
+        let mut tuned = System::Recogniser(recognition.config.clone());
+        if let (Some(named), Some(used)) = (named.model(), tuned.model()) {
             *used = std::mem::take(named);
         }
-        if let System::Recogniser(config) = tuned {
-            done.config = config;
-        }
+        recognition.record.config = tuned.to_json()?;
+        Ok(recognition)
     }
 
-    fn error_reduction(
-        &self,
-        protocol: &Protocol,
-        system: &System,
-        config: &ErrorReductionConfig,
-        _: &(),
-    ) -> Result<Option<Curve>> {
-        let recording = &protocol.recording;
+    fn error_reduction(&self, asked: Asked<ErrorReductionConfig>) -> Result<Option<Curve>> {
+        let (recording, config) = (&asked.protocol.recording, asked.config);
+        let (mapping, testing) = (&asked.protocol.mapping[..], &asked.protocol.testing[..]);
         let places = Places::of(recording);
-        let (mapping, testing) = (&protocol.mapping[..], &protocol.testing[..]);
         let by_detector = |detector: &dyn Detector| {
             let answers = detector.probabilities(recording)?.mapv(f64::from);
             error_reduction::by_probabilities(&places, mapping, testing, answers.view(), config)
         };
-        let curve = match system {
-            // Its features as they are, not the number of a pattern (T98 eq. 32).
-            System::Recogniser(recogniser::Config::Ball(ball)) => {
-                by_detector(&Model::read(&ball.model)?.detector())
-            }
+        let curve = match asked.system {
             System::Recogniser(recogniser) => {
-                let learned = recogniser::learn(recogniser, recording, mapping, self.seed())?;
-                let recogniser = learned.as_recogniser();
+                let recogniser = recogniser.learn(recording, mapping, self.seed())?;
                 recogniser.check_channels(recording.channels())?;
-                let all: Vec<usize> = (0..recording.len()).collect();
-                let responses = recogniser.respond_all(recording, &all);
-                let classes: Vec<Option<usize>> = responses
-                    .iter()
-                    .map(|said| said.map(|said| said.class))
-                    .collect();
-                error_reduction::by_classes(&places, mapping, testing, &classes, config)
+                match recogniser.detector() {
+                    Some(detector) => by_detector(detector),
+                    None => {
+                        let all: Vec<usize> = (0..recording.len()).collect();
+                        let responses = recogniser.respond_all(recording, &all);
+                        let classes: Vec<Option<usize>> = responses
+                            .iter()
+                            .map(|response| response.map(|response| response.class))
+                            .collect();
+                        error_reduction::by_classes(&places, mapping, testing, &classes, config)
+                    }
+                }
             }
-            System::Detector(hand_made) => {
-                by_detector(hand_made.detector(recording, mapping)?.as_ref())
-            }
-            System::Localiser(_) => Err(unfit(system)),
+            System::Detector(detector) => by_detector(detector.fit(recording, mapping)?.as_ref()),
+            System::Localiser(_) => Err(unfit(asked.system)),
         };
         curve.map(Some)
     }
@@ -267,36 +248,47 @@ impl Evaluator<'_, '_> {
     /// A detector that the camera gives nothing to look for (lights, where it looks aside) is not asked.
     fn landmarks(
         &self,
-        protocol: &Protocol,
-        system: &System,
-        config: &LandmarksConfig,
-        world: &&World,
+        asked: Asked<LandmarksConfig>,
+        world: &World,
     ) -> Result<Option<LandmarkRecord>> {
-        let System::Detector(hand_made) = system else {
-            return Err(unfit(system));
+        let mut config = asked.config.clone();
+        let name = match asked.system {
+            System::Detector(detector) => match detector.hand_made() {
+                Some(HandMade::Door(door)) => {
+                    config.door = door.clone();
+                    HandMade::NAMES[0]
+                }
+                Some(HandMade::CeilingLight(light)) => {
+                    config.ceiling_light = light.clone();
+                    HandMade::NAMES[1]
+                }
+                None => return Err(unfit(asked.system)),
+            },
+            _ => return Err(unfit(asked.system)),
         };
-        let mut config = config.clone();
-        match hand_made {
-            HandMade::Door(door) => config.door = door.clone(),
-            HandMade::CeilingLight(light) => config.ceiling_light = light.clone(),
-        }
         let set = world.set.as_deref();
-        let (mapping, testing) = (&protocol.mapping, &protocol.testing);
-        let building = &world.building;
+        let protocol = asked.protocol;
         let judged = landmarks::judge(
-            building,
+            &world.building,
             set,
             &protocol.recording,
-            mapping,
-            testing,
+            &protocol.mapping,
+            &protocol.testing,
             &config,
         )?;
         let mut judged = judged.into_iter();
-        Ok(judged.find(|record| record.detector == hand_made.name()))
+        Ok(judged.find(|record| record.detector == name))
     }
 }
 
-/// A fault and whose it is, unless it says so itself.
+/// Who is asked, about what, and how.
+struct Asked<'a, C> {
+    protocol: &'a Protocol<'a>,
+    system: &'a System,
+    config: &'a C,
+}
+
+/// A fault after the name of the dataset or system that has it, unless it begins with that.
 fn named(whose: &str, fault: &Error) -> String {
     let words = fault.to_string();
     match words.starts_with(&format!("{whose}: ")) {
@@ -306,5 +298,5 @@ fn named(whose: &str, fault: &Error) -> String {
 }
 
 fn unfit(system: &System) -> Error {
-    Error::work(format!("{}: can't be asked this", system.kind()))
+    Error::work(format!("{}: takes no part in this section", system.kind()))
 }

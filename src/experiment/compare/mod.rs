@@ -1,7 +1,10 @@
 //! Any systems on any datasets, each asked the same questions: one table instead of one paper a system.
 //!
-//! A system that fails on a dataset is told in its cell and stops nobody else; so is a dataset on which the protocol can't be
-//! set. The same configuration gives the same record, with any number of threads; only [`Timing`] differs.
+//! Systems are values: a program may add recognisers, localisers and detectors of its own to a [`CompareConfig`], and kinds
+//! that configurations may name to a [`Registry`].
+//!
+//! A system that fails on a dataset has the reason in its cell, and the others go on; where the protocol can't be applied to
+//! a dataset, all its cells have the reason. The same configuration gives the same record, with any number of threads; only [`Timing`] differs.
 
 mod config;
 mod dataset;
@@ -9,16 +12,19 @@ mod evaluate;
 mod model_cache;
 mod progress;
 mod record;
+mod registry;
 mod significance;
 mod system;
 
+pub use crate::detector::HandMade;
 pub use config::{CompareConfig, DatasetConfig};
 pub use progress::Progress;
 pub use record::{
     Comparison, ComparisonRecord, DatasetRecord, Outcome, PairedTest, Section, StandardCell,
     SystemRecord, Timing, file_names,
 };
-pub use system::{HandMade, System, SystemConfig};
+pub use registry::Registry;
+pub use system::{System, SystemConfig};
 
 use crate::{
     error::{Error, Result},
@@ -39,7 +45,7 @@ pub struct Folders<'a> {
     pub models: &'a Path,
 }
 
-/// Compares all systems on all datasets. `progress` is told what is being done.
+/// Compares all systems on all datasets. `progress` is called as it goes on.
 ///
 /// # Errors
 /// Where the configuration makes no sense, or a dataset can't be read or simulated. What fails after that fails in its cell.
@@ -51,13 +57,13 @@ pub fn compare(
     let started = Instant::now();
     config.check()?;
     let mut record = ComparisonRecord::new(config)?;
-    let of = config.dataset.len()
+    let steps = config.dataset.len()
         * (2 + record
             .sections()
             .map(|systems| systems.len())
             .sum::<usize>());
-    let mut progress_counter = ProgressCounter::new(of, progress);
-    // All of them first: a wrong name is told before the work, not after half of it.
+    let mut progress_counter = ProgressCounter::new(steps, progress);
+    // All of them first: a wrong name is an error before the work, not after half of it.
     let mut loaded = Vec::with_capacity(config.dataset.len());
     for dataset in &config.dataset {
         progress_counter.next(&dataset.name);
@@ -71,7 +77,7 @@ pub fn compare(
     let mut timing = Timing::default();
     for ((dataset, loaded), name) in config.dataset.iter().zip(&loaded).zip(&names) {
         let recording = &loaded.recording;
-        let mut told = DatasetRecord {
+        let mut dataset_record = DatasetRecord {
             name: dataset.name.clone(),
             source: recording.columns().source.clone(),
             sha256: recording.columns().dataset_sha256.clone(),
@@ -80,12 +86,13 @@ pub fn compare(
             testing: 0,
             notes: loaded.notes.clone(),
         };
-        let protocol = Protocol::new(recording, &config.protocol);
+        let protocol = Protocol::new(recording, &config.protocol_for(recording));
         if let Ok(protocol) = &protocol {
-            (told.mapping, told.testing) = (protocol.mapping.len(), protocol.testing.len());
-            told.notes.extend(protocol.notes.iter().cloned());
+            (dataset_record.mapping, dataset_record.testing) =
+                (protocol.mapping.len(), protocol.testing.len());
+            dataset_record.notes.extend(protocol.notes.iter().cloned());
         }
-        record.datasets.push(told);
+        record.datasets.push(dataset_record);
         let mut evaluator = Evaluator {
             config,
             folder: folders.configuration,
@@ -135,7 +142,7 @@ impl ComparisonRecord {
                 .map(|system| SystemRecord {
                     name: system.name.clone(),
                     kind: system.system.kind().to_string(),
-                    what: system.system.what().to_string(),
+                    what: system.system.description().to_string(),
                 })
                 .collect(),
             standard: Section::new(&config.standard, who(System::takes_trials)),

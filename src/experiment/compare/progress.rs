@@ -1,4 +1,4 @@
-//! What somebody who waits is told.
+//! How far a comparison is, for whoever waits for it.
 
 /// How far a comparison is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -6,22 +6,26 @@ pub struct Progress<'a> {
     /// Datasets, trainings and cells done.
     pub done: usize,
     /// Of so many.
-    pub of: usize,
+    pub all: usize,
     /// What is being done.
     pub now: &'a str,
 }
 
-/// Counts what is done and tells it on.
+/// Counts what is done and reports it.
 pub(super) struct ProgressCounter<'a> {
     begun: usize,
-    of: usize,
-    tell: &'a mut dyn FnMut(Progress),
+    all: usize,
+    report: &'a mut dyn FnMut(Progress),
 }
 
 impl<'a> ProgressCounter<'a> {
     /// Before the first of so many steps.
-    pub fn new(of: usize, tell: &'a mut dyn FnMut(Progress)) -> Self {
-        Self { begun: 0, of, tell }
+    pub fn new(all: usize, report: &'a mut dyn FnMut(Progress)) -> Self {
+        Self {
+            begun: 0,
+            all,
+            report,
+        }
     }
 
     /// The next step begins.
@@ -32,9 +36,9 @@ impl<'a> ProgressCounter<'a> {
 
     /// The step goes on.
     pub fn meanwhile(&mut self, now: &str) {
-        (self.tell)(Progress {
+        (self.report)(Progress {
             done: self.begun.saturating_sub(1),
-            of: self.of,
+            all: self.all,
             now,
         });
     }

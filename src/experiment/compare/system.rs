@@ -1,18 +1,17 @@
-//! Who takes part: any member of either registry, and landmarks made by hand.
+//! Who takes part: recognisers, localisers and detectors, built-in or of one's own.
 
 use crate::{
-    detector::{
-        Detector,
-        ceiling_light::CeilingLight,
-        door::{Door, DoorConfig},
-    },
+    detector::DetectorConfig,
     error::{Error, Result},
     learning::Recipe,
-    localiser::{self, memoryless::MemorylessConfig},
-    recogniser,
+    localiser::{Localiser, LocaliserConfig, memoryless::AsLocaliser},
+    recogniser::RecogniserConfig,
     recording::Recording,
+    registry::Constants,
+    seed::Seed,
 };
-use serde::{Deserialize, Serialize};
+use serde::{Serialize, Serializer, ser::Error as _};
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// A system and what tables call it.
@@ -29,96 +28,81 @@ pub struct SystemConfig {
 }
 
 /// Any kind of system with its constants.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum System {
     /// Answers a snapshot.
-    Recogniser(recogniser::Config),
+    Recogniser(Box<dyn RecogniserConfig>),
     /// Answers as it goes.
-    Localiser(localiser::Config),
-    /// Sees landmarks that people chose.
-    Detector(HandMade),
-}
-
-/// Landmarks that people chose, in place of learned ones (Thrun 1998, 5.3).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum HandMade {
-    /// Doors, as of Koenig & Simmons (1996).
-    Door(DoorConfig),
-    /// Ceiling lights, as of King & Weiman (1990).
-    CeilingLight(CeilingLight),
-}
-
-impl HandMade {
-    /// What all of them are called.
-    pub const NAMES: [&'static str; 2] = ["door", "ceiling_light"];
-
-    /// What it is called.
-    pub fn name(&self) -> &'static str {
-        match self {
-            HandMade::Door(_) => Self::NAMES[0],
-            HandMade::CeilingLight(_) => Self::NAMES[1],
-        }
-    }
-
-    /// The detector, fitted to the mapping part where it has something to fit.
-    ///
-    /// # Errors
-    /// Where the recording lacks the sensors that it needs.
-    pub fn detector(&self, recording: &Recording, mapping: &[usize]) -> Result<Box<dyn Detector>> {
-        Ok(match self {
-            HandMade::Door(config) => Box::new(Door::fit(config, recording, mapping)?),
-            HandMade::CeilingLight(light) => Box::new(light.clone()),
-        })
-    }
+    Localiser(Box<dyn LocaliserConfig>),
+    /// Says how probable features are, in place of learned ones.
+    Detector(Box<dyn DetectorConfig>),
 }
 
 impl System {
-    /// The kind's name.
-    pub fn kind(&self) -> &'static str {
+    /// Its constants, whatever it is.
+    pub fn constants(&self) -> &dyn Constants {
         match self {
-            System::Recogniser(config) => config.kind().name(),
-            System::Localiser(config) => config.kind().name(),
-            System::Detector(hand_made) => hand_made.name(),
+            System::Recogniser(config) => config.as_ref(),
+            System::Localiser(config) => config.as_ref(),
+            System::Detector(config) => config.as_ref(),
         }
+    }
+
+    fn constants_mut(&mut self) -> &mut dyn Constants {
+        match self {
+            System::Recogniser(config) => config.as_mut(),
+            System::Localiser(config) => config.as_mut(),
+            System::Detector(config) => config.as_mut(),
+        }
+    }
+
+    /// The kind's name.
+    pub fn kind(&self) -> &str {
+        self.constants().kind()
     }
 
     /// What it is, in a sentence.
-    pub fn what(&self) -> &'static str {
+    pub fn description(&self) -> &str {
+        self.constants().description()
+    }
+
+    /// Its constants as JSON, with the key `kind`.
+    ///
+    /// # Errors
+    /// Where a constant has no JSON.
+    pub fn to_json(&self) -> Result<Value> {
         match self {
-            System::Recogniser(config) => config.kind().what(),
-            System::Localiser(config) => config.kind().what(),
-            System::Detector(HandMade::Door(_)) => "Doors, as of Koenig & Simmons (1996).",
-            System::Detector(HandMade::CeilingLight(_)) => {
-                "Ceiling lights, as of King & Weiman (1990)."
-            }
+            System::Recogniser(config) => config.to_json(),
+            System::Localiser(config) => config.to_json(),
+            System::Detector(config) => config.to_json(),
         }
     }
 
-    /// As a localiser: a recogniser becomes one without memory.
-    pub fn as_localiser(&self) -> Option<localiser::Config> {
-        match self {
-            System::Recogniser(config) => Some(localiser::Config::Memoryless(MemorylessConfig {
-                recogniser: config.clone(),
-            })),
-            System::Localiser(config) => Some(config.clone()),
+    /// What it learns from the mapping part, as a localiser: a recogniser becomes one without memory. `None` where it is
+    /// neither.
+    ///
+    /// # Errors
+    /// Where it can't learn.
+    pub fn learn_localiser(
+        &self,
+        recording: &Recording,
+        mapping: &[usize],
+        seed: Seed,
+    ) -> Result<Option<Box<dyn Localiser>>> {
+        Ok(match self {
+            System::Recogniser(config) => {
+                let recogniser = config.learn(recording, mapping, seed)?;
+                Some(Box::new(AsLocaliser(recogniser)))
+            }
+            System::Localiser(config) => Some(config.learn(recording, mapping, seed)?),
             System::Detector(_) => None,
-        }
+        })
     }
 
     /// Where it names the file of a trained model: that name, which may be empty.
     pub fn model(&mut self) -> Option<&mut PathBuf> {
-        match self {
-            System::Recogniser(config) => model_of(config),
-            System::Localiser(localiser::Config::Bayes(config)) => Some(&mut config.model),
-            System::Localiser(localiser::Config::Memoryless(config)) => {
-                model_of(&mut config.recogniser)
-            }
-            _ => None,
-        }
+        self.constants_mut().model()
     }
 
     /// Can it be played trials?
@@ -136,97 +120,67 @@ impl System {
         !matches!(self, System::Localiser(_))
     }
 
-    /// Does it see what people chose?
+    /// Does it look for landmarks that a plan has?
     pub fn is_hand_made(&self) -> bool {
-        matches!(self, System::Detector(_))
+        matches!(self, System::Detector(config) if config.hand_made().is_some())
     }
 
     /// The same with the files that it names looked for in that folder.
     pub fn beside(mut self, folder: &Path) -> Self {
-        let found = |name: &mut PathBuf| {
+        for name in self.constants_mut().files() {
             if !name.as_os_str().is_empty() {
                 *name = folder.join(&name);
             }
-        };
-        self.model().into_iter().for_each(found);
-        if let System::Localiser(localiser::Config::LocalGrid(config)) = &mut self {
-            found(&mut config.world);
         }
         self
     }
+}
 
-    fn check(&self) -> Result<()> {
-        match self {
-            System::Recogniser(config) => config.check(),
-            System::Localiser(config) => config.check(),
-            System::Detector(HandMade::Door(config)) => config.check(),
-            System::Detector(HandMade::CeilingLight(light)) => light.check(),
-        }
+/// Two systems are the same where they have the same kind and constants.
+impl PartialEq for System {
+    fn eq(&self, other: &Self) -> bool {
+        let same_room = std::mem::discriminant(self) == std::mem::discriminant(other);
+        same_room && matches!((self.to_json(), other.to_json()), (Ok(a), Ok(b)) if a == b)
     }
 }
 
-fn model_of(config: &mut recogniser::Config) -> Option<&mut PathBuf> {
-    match config {
-        recogniser::Config::Ball(config) => Some(&mut config.model),
-        _ => None,
+impl Serialize for System {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        self.to_json()
+            .map_err(S::Error::custom)?
+            .serialize(serializer)
     }
 }
-
-/// What is wrong in a system's table: the key, where it is one key's fault, and the fault.
-type Wrong = (Option<String>, String);
 
 impl SystemConfig {
-    /// A system from its table: `kind`, optional `name` and `train`, and the constants of its kind.
-    pub(super) fn of_table(mut keys: toml::Table) -> std::result::Result<Self, Wrong> {
-        let word = |keys: &mut toml::Table, key: &str| match keys.remove(key) {
-            None => Ok(None),
-            Some(toml::Value::String(word)) => Ok(Some(word)),
-            Some(other) => Err((
-                Some(key.to_string()),
-                format!("`{key}` is {other}; expected words in quotes"),
-            )),
-        };
-        let kind = word(&mut keys, "kind")?;
-        let kind = kind.ok_or_else(|| (None, format!("no `kind`; expected {}", every_kind())))?;
-        let name = word(&mut keys, "name")?.unwrap_or_else(|| kind.clone());
-        let train = keys.remove("train").map(|table| {
-            let recipe = table.try_into::<Recipe>();
-            recipe.map_err(|e| {
-                (
-                    Some("train".to_string()),
-                    format!("`train`: {}", e.message()),
-                )
-            })
-        });
-        let parse: fn(toml::Table) -> Parsed = if kind.parse::<recogniser::Kind>().is_ok() {
-            |table| table.try_into().map(System::Recogniser)
-        } else if kind.parse::<localiser::Kind>().is_ok() {
-            |table| table.try_into().map(System::Localiser)
-        } else if HandMade::NAMES.contains(&kind.as_str()) {
-            |table| table.try_into().map(System::Detector)
-        } else {
-            let fault = format!(
-                "no kind `{}`; expected {}",
-                kind.escape_debug(),
-                every_kind()
-            );
-            return Err((Some("kind".into()), fault));
-        };
-        let with_kind = |mut table: toml::Table| {
-            table.insert("kind".into(), toml::Value::String(kind.clone()));
-            table
-        };
-        // Every constant has a default, so that each key can be tried alone: that tells which one is at fault.
-        for (key, value) in &keys {
-            let alone = toml::Table::from_iter([(key.clone(), value.clone())]);
-            parse(with_kind(alone)).map_err(|e| (Some(key.clone()), told(&kind, key, &e)))?;
-        }
-        let system = parse(with_kind(keys)).map_err(|e| (None, format!("{kind}: {e}")))?;
-        Ok(Self {
-            name,
+    /// A system that is to be called so.
+    ///
+    /// ```
+    /// use ballmark::{experiment::compare::{System, SystemConfig}, recogniser::Kind};
+    /// let mut nearest = Kind::Nearest.default_config();
+    /// let system = SystemConfig::recogniser("nearest", nearest);
+    /// assert!(system.system.recognises() && system.system.kind() == "nearest");
+    /// ```
+    pub fn recogniser(name: &str, config: impl RecogniserConfig + 'static) -> Self {
+        Self::new(name, System::Recogniser(Box::new(config)))
+    }
+
+    /// The same of a localiser.
+    pub fn localiser(name: &str, config: impl LocaliserConfig + 'static) -> Self {
+        Self::new(name, System::Localiser(Box::new(config)))
+    }
+
+    /// The same of a detector.
+    pub fn detector(name: &str, config: impl DetectorConfig + 'static) -> Self {
+        Self::new(name, System::Detector(Box::new(config)))
+    }
+
+    fn new(name: &str, system: System) -> Self {
+        Self {
+            name: name.into(),
             system,
-            train: train.transpose()?,
-        })
+            train: None,
+        }
     }
 
     /// # Errors
@@ -259,7 +213,7 @@ impl SystemConfig {
                 return Err(wrong(fault.into()));
             }
         }
-        system.check().map_err(|e| wrong(e.to_string()))
+        system.constants().check().map_err(|e| wrong(e.to_string()))
     }
 
     /// The recipe of the model that it needs and doesn't name.
@@ -269,24 +223,4 @@ impl SystemConfig {
         let needed = system.model().is_some_and(unnamed);
         needed.then(|| self.train.clone().unwrap_or_default())
     }
-}
-
-type Parsed = std::result::Result<System, toml::de::Error>;
-
-fn told(kind: &str, key: &str, fault: &toml::de::Error) -> String {
-    match fault.message() {
-        unknown if unknown.starts_with("unknown field") => format!("{kind}: {unknown}"),
-        other => format!("{kind}: `{key}`: {other}"),
-    }
-}
-
-/// All kinds, for a message.
-fn every_kind() -> String {
-    let recognisers = recogniser::Kind::ALL.iter().map(|kind| kind.name());
-    let localisers = localiser::Kind::ALL.iter().map(|kind| kind.name());
-    let all: Vec<&str> = recognisers
-        .chain(localisers)
-        .chain(HandMade::NAMES)
-        .collect();
-    format!("one of {}", all.join(", "))
 }

@@ -1,4 +1,4 @@
-//! What a configuration may say, and what is told of what it may not.
+//! What a configuration may say, and which errors come of what it may not.
 
 use super::*;
 use crate::{localiser, recogniser};
@@ -31,7 +31,7 @@ fn every_kind_of_both_registries_may_take_part() {
             Ok(config) => {
                 assert_eq!(config.system[1].name, kind);
                 assert_eq!(config.system[1].system.kind(), kind);
-                assert!(!config.system[1].system.what().is_empty());
+                assert!(!config.system[1].system.description().is_empty());
             }
             // What can't do without a file says which.
             Err(error) => assert!(error.to_string().contains("none; expected"), "{error}"),
@@ -58,13 +58,8 @@ fn constants_and_names_are_taken() {
         (config.dataset[0].seed, config.dataset[1].seed),
         (Some(3), None)
     );
-    let System::Recogniser(recogniser::Config::Nearest(nearest)) = &config.system[0].system else {
-        panic!("{:?}", config.system[0]);
-    };
-    assert_eq!(
-        (config.system[0].name.as_str(), nearest.spacing_m),
-        ("a, \"b\"", 2.0)
-    );
+    assert_eq!(config.system[0].name, "a, \"b\"");
+    assert_eq!(config.system[0].system.to_json().unwrap()["spacing_m"], 2.0);
     let recipe = config.system[1].recipe().unwrap();
     assert_eq!((recipe.features, recipe.descent.steps), (2, 5));
     assert_eq!(config.recognition.as_ref().unwrap().bin_m, 3.0);
@@ -76,7 +71,7 @@ fn constants_and_names_are_taken() {
 }
 
 #[test]
-fn faults_are_told_with_their_lines() {
+fn faults_have_their_lines() {
     refused("seed = 1\n\nspeed = 2\n", &["line 3", "speed"]);
     refused(
         &format!("{DATASET}{SYSTEM}[standard]\ntrial = 3\n"),
@@ -174,6 +169,63 @@ fn what_makes_no_sense_together_is_refused() {
     refused(
         &format!("{DATASET}{SYSTEM}[standard]\nbin_m = 0\n"),
         &["bin_m"],
+    );
+}
+
+/// A comparison in code is the same as one in a file.
+#[test]
+fn systems_are_values() {
+    let mut nearest = recogniser::nearest::NearestConfig::default();
+    nearest.spacing_m = 2.0;
+    let in_code = CompareConfig {
+        dataset: vec![DatasetConfig::file("a.npz")],
+        system: vec![SystemConfig::recogniser(
+            "x",
+            recogniser::Config::Nearest(nearest),
+        )],
+        standard: Some(Default::default()),
+        ..CompareConfig::default()
+    };
+    let text = format!("{DATASET}{SYSTEM}name = 'x'\nspacing_m = 2\n[standard]\n");
+    assert_eq!(CompareConfig::parse(&text).unwrap(), in_code);
+    let other = format!("{DATASET}{SYSTEM}name = 'x'\nspacing_m = 3\n[standard]\n");
+    assert_ne!(CompareConfig::parse(&other).unwrap(), in_code);
+}
+
+#[test]
+fn a_kind_is_registered_once() {
+    let mut registry = Registry::built_in();
+    let taken = registry.add_recogniser::<recogniser::Config>("nearest");
+    assert!(taken.unwrap_err().to_string().contains("`nearest`"));
+    // A name that a kind had in the version before is taken, too.
+    let taken = registry.add_localiser::<localiser::Config>("evidence");
+    assert!(taken.unwrap_err().is_usage());
+}
+
+/// Stretches of a split have room for the trials of the standard experiment, unless their length is named.
+#[test]
+fn a_split_leaves_room_for_trials() {
+    let config = crate::world::corridor::CorridorConfig {
+        runs: 3,
+        spacing_m: 1.0,
+    };
+    let recording = crate::world::corridor::thrun1998(crate::seed::Seed(1), &config).unwrap();
+    let with = |protocol: &str| {
+        let text =
+            format!("{DATASET}{SYSTEM}[standard]\n[protocol]\nmapping = 'split'\n{protocol}");
+        let config = CompareConfig::parse(&text).unwrap();
+        let protocol = config.protocol_for(&recording);
+        let protocol = Protocol::new(&recording, &protocol).unwrap();
+        crate::experiment::standard::trials(&protocol, config.standard.as_ref().unwrap())
+            .map(|_| ())
+    };
+    with("").unwrap();
+    with("split = { folds = 3 }").unwrap();
+    assert!(
+        with("split = { unit = '15m' }")
+            .unwrap_err()
+            .to_string()
+            .contains("no trial of 20 m")
     );
 }
 

@@ -192,34 +192,34 @@ fn only_mapped_places_with_two_candidates_count() {
 fn what_makes_no_sense_is_told() {
     let corridor = corridor(5);
     let class = vec![None; 80];
-    let told = |mapping: &[usize], testing: &[usize], class: &[Option<usize>], config: &_| {
+    let refusal = |mapping: &[usize], testing: &[usize], class: &[Option<usize>], config: &_| {
         by_classes(&corridor.places, mapping, testing, class, config).unwrap_err()
     };
     let config = ErrorReductionConfig::default();
     let (mapping, testing) = (&corridor.mapping, &corridor.testing);
-    let few = told(mapping, testing, &class[1..], &config);
+    let few = refusal(mapping, testing, &class[1..], &config);
     assert_eq!(
         few.to_string(),
         "error reduction: 79 answers; expected 80, one a snapshot"
     );
     assert!(
-        told(mapping, &[80], &class, &config)
+        refusal(mapping, &[80], &class, &config)
             .to_string()
             .contains("snapshot 80")
     );
     assert!(
-        told(&[40, 41], testing, &class, &config)
+        refusal(&[40, 41], testing, &class, &config)
             .to_string()
             .contains("at least k = 5")
     );
     assert!(
-        told(mapping, &[], &class, &config)
+        refusal(mapping, &[], &class, &config)
             .to_string()
             .contains("none of 0 test snapshots")
     );
     let mut odd = config.clone();
     odd.priors.clear();
-    assert!(told(mapping, testing, &class, &odd).is_usage());
+    assert!(refusal(mapping, testing, &class, &odd).is_usage());
     odd = config.clone();
     odd.map.unmodelled_probability = 0.0;
     assert!(

@@ -11,8 +11,8 @@ use crate::{
 /// One run of a set of Thrun's corridor with so many snapshots, judged on all of them.
 fn judged(set: &str, snapshots: usize, seed: u64) -> LandmarkRecord {
     let mut world = WorldConfig::parse(corridor::WORLD).unwrap();
-    for told in &mut world.set {
-        (told.runs, told.snapshots) = (Some(1), Some(snapshots));
+    for set in &mut world.set {
+        (set.runs, set.snapshots) = (Some(1), Some(snapshots));
     }
     let building = Building::new(&world, None).unwrap();
     let choice = Choice {
@@ -89,24 +89,26 @@ fn what_cannot_be_judged_is_told() {
     let recording = corridor::thrun1998(Seed(1), &small).unwrap();
     let all: Vec<usize> = (0..recording.len()).collect();
     let config = LandmarksConfig::default();
-    let told = |building: &Building, set, testing: &[usize], config: &_| {
+    let refusal = |building: &Building, set, testing: &[usize], config: &_| {
         judge(building, set, &recording, &all, testing, config)
             .unwrap_err()
             .to_string()
     };
     let mut world = WorldConfig::parse(corridor::WORLD).unwrap();
     let whole = Building::new(&world, None).unwrap();
-    assert!(told(&whole, None, &all, &config).contains("expected one of d1, d2, d3"));
-    assert!(told(&whole, Some("d4"), &all, &config).contains("no set `d4`"));
+    assert!(refusal(&whole, None, &all, &config).contains("expected one of d1, d2, d3"));
+    assert!(refusal(&whole, Some("d4"), &all, &config).contains("no set `d4`"));
     // The corridor's set has a camera, the recording has none.
-    assert!(told(&whole, Some("d3"), &all, &config).contains("`camera`"));
-    assert!(told(&building, None, &[9_999], &config).contains("snapshot 9999"));
+    assert!(refusal(&whole, Some("d3"), &all, &config).contains("`camera`"));
+    assert!(refusal(&building, None, &[9_999], &config).contains("snapshot 9999"));
     world.name = "thrun".into();
     let other = Building::new(&world, None).unwrap();
-    assert!(told(&other, Some("d1"), &all, &config).contains("expected `simulated world thrun`"));
+    assert!(
+        refusal(&other, Some("d1"), &all, &config).contains("expected `simulated world thrun`")
+    );
     let odd = LandmarksConfig {
         lamp_within_m: f64::NAN,
         ..config
     };
-    assert!(told(&building, None, &all, &odd).contains("lamp_within_m"));
+    assert!(refusal(&building, None, &all, &odd).contains("lamp_within_m"));
 }

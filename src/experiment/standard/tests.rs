@@ -69,7 +69,7 @@ struct Reader<'a, F>(&'a F);
 
 impl<F: Fn(usize, usize) -> Option<Estimate> + Sync> Player for Reader<'_, F> {
     fn play(&self, trial: &[usize], start: Option<Pose>, _: &mut Stream) -> Result<Vec<Step>> {
-        assert_eq!(start, None); // it isn't told
+        assert_eq!(start, None); // it does not ask for it
         // Whoever names a place is three quarters sure of it.
         let step = |(step, &k): (usize, &usize)| {
             let estimate = (self.0)(step, k);
@@ -151,7 +151,7 @@ fn the_first_distance_and_that_from_which_on_are_told_apart() {
     let record = judged(&rounds(4.0 * 34.0), false, |protocol, _, step, k| {
         ((20..40).contains(&step) || step >= 60).then_some(Estimate::Place(protocol.place[k]))
     });
-    let close = |told: Option<f64>, m: f64| (told.unwrap() - m).abs() < 1e-9;
+    let close = |found: Option<f64>, m: f64| (found.unwrap() - m).abs() < 1e-9;
     assert!(close(record.distance_at_coefficient_m, 5.0));
     assert!(close(record.distance_from_coefficient_on_m, 15.0));
     assert_eq!(record.by_distance[49].uncertainty_coefficient, Some(0.0));
@@ -218,7 +218,7 @@ fn two_laps_have_trials_for_a_part_and_less_is_told() {
     // Longer than the route, where the robot goes round it often enough: no matter.
     let recording = rounds(4.0 * 34.0);
     let protocol = Protocol::new(&recording, &ProtocolConfig::default()).unwrap();
-    let of = |trial_m: f64| {
+    let trials_of = |trial_m: f64| {
         let config = StandardConfig {
             trial_m,
             ..StandardConfig::default()
@@ -226,13 +226,13 @@ fn two_laps_have_trials_for_a_part_and_less_is_told() {
         trials(&protocol, &config)
     };
     assert!(
-        of(60.0)
+        trials_of(60.0)
             .unwrap()
             .0
             .iter()
             .all(|trial| trial.snapshots.len() == 241)
     );
-    let error = of(150.0).unwrap_err().to_string();
+    let error = trials_of(150.0).unwrap_err().to_string();
     assert!(error.contains("150 m") && error.contains("102."), "{error}");
 }
 

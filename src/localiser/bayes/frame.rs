@@ -5,9 +5,9 @@ use crate::{
     belief::{Grid, Neighbours, Places},
     error::{Error, Result},
     geometry::{Pose, wrapped},
+    model::seen,
     recording::Recording,
 };
-use std::collections::HashSet;
 
 /// Share of the mapping part that must lie at mapped places. A map in another frame may still cross it here and there.
 const LEAST_MAPPED: f64 = 0.5;
@@ -40,25 +40,14 @@ pub(super) fn fitted(known: Known, recording: &Recording, mapping: &[usize]) -> 
             mapping.len()
         )));
     }
-    let seen = seen_outside(&known, recording, mapping);
-    // One or two may be chance: runs like to begin at (0, 0, 0).
-    if seen > 2 {
+    let seen = seen::learned_poses(&known.pose, recording, mapping);
+    if !seen::is_chance(seen) {
         return Err(Error::work(format!(
             "the model has learned from {seen} snapshots of this recording that are not among those to learn from; \
              expected one trained on these alone"
         )));
     }
     Ok(known)
-}
-
-/// Snapshots outside of the mapping part, at poses where no snapshot of it is, that the map has to the last bit.
-fn seen_outside(known: &Known, recording: &Recording, mapping: &[usize]) -> usize {
-    let bits = |p: &Pose| [p.x_m.to_bits(), p.y_m.to_bits(), p.heading_rad.to_bits()];
-    let poses = recording.poses();
-    let own: HashSet<_> = mapping.iter().map(|&k| bits(&poses[k])).collect();
-    let map: HashSet<_> = known.pose.iter().map(bits).collect();
-    let foreign = |pose: &&Pose| map.contains(&bits(pose)) && !own.contains(&bits(pose));
-    poses.iter().filter(foreign).count()
 }
 
 /// By how much the headings of the map are turned from those of the compass: the direction of the mean, over the mapping

@@ -137,12 +137,12 @@ fn drive() -> (Vec<Pose>, Vec<Pose>) {
 fn it_is_corrected_every_half_metre_and_reckons_between() {
     let (way, wheels) = drive();
     let recording = recording(&way, &wheels);
-    let told = places(&learned(&recording), &recording, Some(way[0]));
+    let answers = places(&learned(&recording), &recording, Some(way[0]));
     let error = |k: usize| {
-        let [x_m, y_m] = told[k].unwrap();
+        let [x_m, y_m] = answers[k].unwrap();
         way[k].distance_m(&Pose::new(x_m, y_m, 0.0))
     };
-    assert_eq!(error(0), 0.0, "as told");
+    assert_eq!(error(0), 0.0, "at the start that is given");
     assert!((error(1) - 0.05).abs() < 1e-9, "reckoned");
     for k in 1..13 {
         // At every second snapshot the wheels have counted 0.6 m; at the next, 0.3 m since a correction to the nearest 10 cm.
@@ -171,10 +171,10 @@ fn wheels_that_count_a_little_too_little_are_corrected_as_often() {
         .collect();
     let wheels = (0..7).map(|k| Pose::new(0.48 * f64::from(k), 0.1 * f64::from(k), 0.0));
     let recording = recording(&way, &wheels.collect::<Vec<_>>());
-    let told = places(&learned(&recording), &recording, Some(way[0]));
-    for (k, told) in told.iter().enumerate() {
+    let answers = places(&learned(&recording), &recording, Some(way[0]));
+    for (k, answer) in answers.iter().enumerate() {
         // 0.49 m by the wheels; were every second snapshot passed over, it would lie 10 cm aside.
-        let [_, y_m] = told.unwrap();
+        let [_, y_m] = answer.unwrap();
         assert!((y_m - 2.0).abs() < 0.05, "{k}: {y_m}");
     }
 }
@@ -185,8 +185,8 @@ fn a_scan_without_a_return_corrects_nothing() {
     let mut columns = recording(&way, &wheels).into_columns();
     columns.values.fill(f32::NAN);
     let recording = Recording::new(columns).unwrap();
-    let told = places(&learned(&recording), &recording, Some(way[0]));
-    let [x_m, y_m] = told[12].unwrap();
+    let answers = places(&learned(&recording), &recording, Some(way[0]));
+    let [x_m, y_m] = answers[12].unwrap();
     assert!((x_m - way[0].x_m - 3.6).abs() < 1e-9 && (y_m - 2.0).abs() < 1e-9);
 }
 
@@ -198,8 +198,8 @@ fn a_file_holds_the_plan_and_answers_the_same() {
     let text = serde_json::to_string(&grid).unwrap();
     let read: LocalGrid = serde_json::from_str(&text).unwrap();
     read.check().unwrap();
-    let told = |grid: &LocalGrid| places(grid, &recording, Some(way[0]));
-    assert_eq!(told(&read), told(&grid));
+    let answers = |grid: &LocalGrid| places(grid, &recording, Some(way[0]));
+    assert_eq!(answers(&read), answers(&grid));
     let damaged = text.replace("\"position_step_m\":0.1", "\"position_step_m\":0.0");
     let read: LocalGrid = serde_json::from_str(&damaged).unwrap();
     assert!(
@@ -212,50 +212,50 @@ fn a_file_holds_the_plan_and_answers_the_same() {
 
 #[test]
 fn constants_that_make_no_sense_are_told_by_name() {
-    let told = |config: LocalGridConfig, key: &str| {
+    let refused = |config: LocalGridConfig, key: &str| {
         let error = config.check().unwrap_err();
         assert!(
             error.is_usage() && error.to_string().contains(key),
             "{error}"
         );
     };
-    told(LocalGridConfig::default(), "local_grid.world");
-    told(
+    refused(LocalGridConfig::default(), "local_grid.world");
+    refused(
         LocalGridConfig {
             position_step_m: 0.0,
             ..config()
         },
         "position_step_m",
     );
-    told(
+    refused(
         LocalGridConfig {
             heading_step_rad: f64::NAN,
             ..config()
         },
         "heading_step_rad",
     );
-    told(
+    refused(
         LocalGridConfig {
             estimation_every_m: -1.0,
             ..config()
         },
         "estimation_every_m",
     );
-    told(
+    refused(
         LocalGridConfig {
             position_radius_m: -0.1,
             ..config()
         },
         "position_radius_m",
     );
-    told(
+    refused(
         LocalGridConfig {
             heading_radius_rad: 4.0,
             ..config()
         },
         "heading_radius_rad",
     );
-    told(
+    refused(
         LocalGridConfig {
             position_step_m: 1e-4,
             ..config()

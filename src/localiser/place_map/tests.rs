@@ -2,7 +2,7 @@ use super::*;
 use crate::recording::{Columns, Observation};
 use ndarray::Array2;
 
-/// Snapshots at poses, each with a sonar and an infrared ring of four that see as told; turned to north unless `compass` is
+/// Snapshots at poses, each with a sonar and an infrared ring of four that see what is given; turned to north unless `compass` is
 /// missing.
 fn recording(poses: &[Pose], sees: impl Fn(usize) -> [f32; 8], compass: bool) -> Recording {
     let ring = |name: &str| Channel {
@@ -113,10 +113,10 @@ fn weights_count_in_eq_1_and_name_channels_that_there_are() {
     assert!((d - 4.0).abs() < 1e-6, "{d}");
     assert_eq!(map.differences(&corner), [4.0]);
     config.weights.insert("radar".into(), 1.0);
-    let told = PlaceMap::build(&config, &recording, &[0]).unwrap_err();
+    let error = PlaceMap::build(&config, &recording, &[0]).unwrap_err();
     assert!(
-        told.is_usage() && told.to_string().contains("sonar, infrared"),
-        "{told}"
+        error.is_usage() && error.to_string().contains("sonar, infrared"),
+        "{error}"
     );
 }
 

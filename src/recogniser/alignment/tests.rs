@@ -154,14 +154,14 @@ fn on_scans_the_bounded_search_agrees_with_hill_climbs_from_everywhere() {
     let (mut pairs, mut agree, mut alone) = (0, 0, 0);
     for (i, stored) in scans.iter().enumerate() {
         let sought = &scans[(i + 1) % scans.len()];
-        let told = SoughtGrid::new(sought, 16).align(stored, 0);
+        let aligned = SoughtGrid::new(sought, 16).align(stored, 0);
         let climbed = hill_climbs(stored, sought, 16, 4);
         let first = hill_climb(&cells(stored), &cells(sought), (0, 0), 16);
-        let told = told.unwrap();
-        assert!(told.agreement >= climbed.agreement);
+        let aligned = aligned.unwrap();
+        assert!(aligned.agreement >= climbed.agreement);
         pairs += 1;
-        agree += usize::from(told == climbed);
-        alone += usize::from(told == first);
+        agree += usize::from(aligned == climbed);
+        alone += usize::from(aligned == first);
     }
     assert!(
         pairs >= 10 && agree == pairs,

@@ -26,7 +26,7 @@ fn places(learned: &Learned) -> &[Pose] {
     }
 }
 
-/// How many snapshots of later runs are told to be at a place less than 1.5 m away, of how many.
+/// How many snapshots of later runs are answered with a place less than 1.5 m away, of how many.
 fn right(kind: Kind, recording: &Recording) -> (usize, usize) {
     let first: Vec<usize> = recording.runs()[0].clone().collect();
     let later: Vec<usize> = (first.len()..recording.len()).collect();

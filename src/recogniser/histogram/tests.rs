@@ -32,12 +32,12 @@ fn the_best_match_is_that_of_a_plain_loop_over_all_translations() {
     for index in 0..12 {
         let (place, scan) = (blotched(index), blotched(index + 100));
         let (stored, sought) = (HistogramPair::of(&place), HistogramPair::of(&scan));
-        let told = Sought::new(&sought).best_match(&stored);
-        assert_eq!(told.x, brute_force(&place, &scan, true), "x of {index}");
-        assert_eq!(told.y, brute_force(&place, &scan, false), "y of {index}");
-        moved += u32::from(told.x > sought.x.match_with(&stored.x));
+        let best = Sought::new(&sought).best_match(&stored);
+        assert_eq!(best.x, brute_force(&place, &scan, true), "x of {index}");
+        assert_eq!(best.y, brute_force(&place, &scan, false), "y of {index}");
+        moved += u32::from(best.x > sought.x.match_with(&stored.x));
         let by_moving = (-64..64).map(|by| stored.y.match_with(&sought.y.moved(by)));
-        assert_eq!(Some(told.y), by_moving.max());
+        assert_eq!(Some(best.y), by_moving.max());
     }
     assert!(moved > 6, "translation hardly ever matters here: {moved}");
 }
@@ -46,8 +46,8 @@ fn the_best_match_is_that_of_a_plain_loop_over_all_translations() {
 fn a_histogram_matches_itself_in_all_4096_cells() {
     for index in 0..5 {
         let pair = HistogramPair::of(&blotched(index));
-        let told = Sought::new(&pair).best_match(&pair);
-        assert_eq!((told.x, told.y, told.product()), (4096, 4096, 16_777_216));
+        let best = Sought::new(&pair).best_match(&pair);
+        assert_eq!((best.x, best.y, best.product()), (4096, 4096, 16_777_216));
         assert_eq!(pair.x.match_with(&pair.x), FULL_MATCH);
     }
 }
@@ -100,8 +100,8 @@ fn a_quarter_turn_of_the_grid_is_one_of_its_histograms() {
 fn many_places_at_once_are_matched_as_one_by_one() {
     let places: Vec<HistogramPair> = (0..9).map(|i| HistogramPair::of(&blotched(i))).collect();
     let sought = Sought::new(&HistogramPair::of(&blotched(50)));
-    let mut told = vec![PairMatch { x: 0, y: 0 }; places.len()];
-    sought.best_matches(&places, &mut told);
+    let mut best = vec![PairMatch { x: 0, y: 0 }; places.len()];
+    sought.best_matches(&places, &mut best);
     let alone: Vec<PairMatch> = places.iter().map(|p| sought.best_match(p)).collect();
-    assert_eq!(told, alone);
+    assert_eq!(best, alone);
 }

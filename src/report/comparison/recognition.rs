@@ -1,9 +1,10 @@
 //! Tables of recognition: who tells most with as many responses as the others, and whether that is more than chance.
 
-use super::{Reader, Sheet, by_dataset, matrix, no_answer, reader_of_matrix, who};
+use super::{Reader, Sheet, by_dataset, caption, matrix, no_answer, reader_of_matrix, who};
 use crate::{
     experiment::compare::{ComparisonRecord, Outcome, PairedTest},
     report::{Cell, Table},
+    score::Caution,
 };
 
 /// The matrix of coefficients, everything about everyone, and the tests between them.
@@ -48,8 +49,8 @@ fn everything(record: &ComparisonRecord) -> Table {
         "dataset",
         "system",
         "n",
-        "N_L",
-        "N_R",
+        "bins",
+        "responses",
         "patterns",
         "U",
         "corrected",
@@ -57,13 +58,26 @@ fn everything(record: &ComparisonRecord) -> Table {
         "high",
         "p",
         "silent %",
-        "bytes",
+        "bytes each",
     ]);
+    let mut as_they_are: Vec<&str> = Vec::new();
+    let mut cautions = Vec::new();
     for (dataset, system, outcome) in record.recognition.iter().flat_map(by_dataset) {
         let mut row = who(record, dataset, system);
         match outcome {
             Outcome::Done(cell) => {
                 let judged = &cell.judgement;
+                let name = record.systems[system].name.as_str();
+                if cell.wanted.is_none() && !as_they_are.contains(&name) {
+                    as_they_are.push(name);
+                }
+                let caution = Caution::of(
+                    judged.n,
+                    judged.locations,
+                    judged.uncertainty_coefficient,
+                    judged.uncertainty_coefficient_corrected,
+                );
+                cautions.extend(caution.map(|caution| (caution, dataset, system)));
                 row.extend([
                     Cell::Count(judged.n as u64),
                     Cell::Count(judged.locations as u64),
@@ -83,10 +97,19 @@ fn everything(record: &ComparisonRecord) -> Table {
         table.row(row);
     }
     table.caption(
-        "n = snapshots; N_L = bins; N_R = different responses in the test, for which one constant of each system was\n  \
+        "n = snapshots; responses = different ones in the test, for whose number one constant of each system was\n  \
          searched; patterns = kept; corrected = for chance, low, high = its 95 % interval; p = by permutations;\n  \
-         silent = share of answers that are none; bytes = of a pattern",
+         silent = share of answers that are none; bytes each = of a pattern",
     );
+    if !as_they_are.is_empty() {
+        table.caption(format!(
+            "as they are, since no constant of theirs changes the number of responses: {}",
+            as_they_are.join(", ")
+        ));
+    }
+    for line in caption::cautions(record, &cautions) {
+        table.caption(line);
+    }
     table
 }
 

@@ -1,11 +1,12 @@
 //! Tables and pictures of the standard experiment.
 
-use super::caption::notes_by_dataset;
+use super::caption::{cautions as cautions_by_dataset, notes_by_dataset};
 use super::{Picture, Reader, Sheet, by_dataset, matrix, no_answer, reader_of_matrix, who};
 use crate::{
     error::Result,
     experiment::compare::{ComparisonRecord, Outcome},
     report::{Cell, Curve, Panel, Table, framed_plot},
+    score::Caution,
 };
 
 /// The matrix of means, all that is judged, how everybody answered, and the curves.
@@ -55,15 +56,16 @@ fn judged(record: &ComparisonRecord) -> Table {
     let mut headers = ["dataset", "system", "trials", "bins", "mean U", "corrected"]
         .map(words)
         .to_vec();
-    headers.extend(["low", "high", "H(L|R)"].map(words));
+    headers.extend(["low", "high", "H(L|R) nats"].map(words));
     headers.extend([
         format!("m to {reached}"),
-        words("for good"),
+        words("for good m"),
         words("end U"),
-        words("soft U"),
+        words("posterior U"),
     ]);
     let mut table = Table::new(headers);
     let mut notes: Vec<(usize, &String)> = Vec::new();
+    let mut cautions = Vec::new();
     for (dataset, system, outcome) in by_dataset(section) {
         let mut row = who(record, dataset, system);
         match outcome {
@@ -84,6 +86,13 @@ fn judged(record: &ComparisonRecord) -> Table {
                     Cell::number(record_of.at_end.uncertainty_coefficient, 3),
                     Cell::number(record_of.mean_posterior_coefficient, 3),
                 ]);
+                let caution = Caution::of(
+                    record_of.trials,
+                    record_of.bins,
+                    Some(record_of.mean_uncertainty_coefficient),
+                    record_of.mean_uncertainty_coefficient_corrected,
+                );
+                cautions.extend(caution.map(|caution| (caution, dataset, system)));
                 notes.extend(record_of.notes.iter().map(|note| (dataset, note)));
             }
             other => row.push(no_answer(&mut table, other)),
@@ -95,12 +104,13 @@ fn judged(record: &ComparisonRecord) -> Table {
          entropy (nats); corrected = U corrected for chance, low, high = its 95 % interval",
     );
     table.caption(format!(
-        "m to {reached} = metres until U first reaches it, for good = from which it stays there (–: never); end U = U after\n  \
-         {} m; soft U = mean U of what the system holds probable (–: it has no such opinion)",
+        "m to {reached} = metres until U first reaches it, for good m = from which it stays there (–: never); end U = U after\n  \
+         {} m; posterior U = mean U of what the system holds probable (–: it has no posterior)",
         section.config.trial_m
     ));
     notes_by_dataset(record, notes)
         .into_iter()
+        .chain(cautions_by_dataset(record, &cautions))
         .for_each(|line| table.caption(line));
     table
 }

@@ -95,7 +95,7 @@ fn every_cell_of_the_standard_experiment_has_its_row() {
     let rows: Vec<&str> = csv.lines().collect();
     assert_eq!(
         rows[0],
-        "dataset,system,trials,bins,mean U,corrected,low,high,H(L|R),m to 0.9,for good,end U,soft U"
+        "dataset,system,trials,bins,mean U,corrected,low,high,H(L|R) nats,m to 0.9,for good m,end U,posterior U"
     );
     assert_eq!(
         rows[1],

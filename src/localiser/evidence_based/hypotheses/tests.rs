@@ -7,7 +7,7 @@ use crate::{
 use ndarray::Array2;
 use std::f64::consts::FRAC_PI_2;
 
-/// A corridor to the north-east, a snapshot every tenth of a metre; two rings of four that face north and see as told.
+/// A corridor to the north-east, a snapshot every tenth of a metre; two rings of four that face north and see what is given.
 fn corridor(length_m: f64, sees: impl Fn(f64) -> [f32; 8]) -> Recording {
     let k = (10.0 * length_m) as usize + 1;
     let ring = |name: &str| Channel {
@@ -157,8 +157,8 @@ fn two_steps_by_hand() {
         .collect();
     let sum: f64 = posterior.iter().sum();
     assert_eq!(second.posterior.len(), candidates.len());
-    for ((&j, p), (at, told)) in candidates.iter().zip(&posterior).zip(&second.posterior) {
-        assert!((told - p / sum).abs() < 1e-6);
+    for ((&j, p), (at, found)) in candidates.iter().zip(&posterior).zip(&second.posterior) {
+        assert!((found - p / sum).abs() < 1e-6);
         let from = reckoned[best(j)];
         let expected = from[0] + (1.05 / 2.05) * (places[j].pose.x_m - from[0]); // eq. 11
         assert!((at[0] - expected).abs() < 1e-9, "{j}: {at:?} {expected}");

@@ -1,0 +1,102 @@
+//! How localisation trials are played, as a configuration's section `[localise]` says it.
+
+use crate::{
+    belief::{Evidence, GridConfig, OdometryMotion},
+    error::{Error, Result},
+};
+use serde::{Deserialize, Serialize};
+
+/// How trials are played.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LocaliseConfig {
+    /// The one seed of the run: starts, random planes, sampled features, bootstrap.
+    pub seed: u64,
+    /// Number of trials, their starts drawn evenly over the unseen stretches.
+    pub trials: usize,
+    /// Metres between two snapshots (Thrun 1998, 5.2.4).
+    pub spacing_m: f64,
+    /// A start leaves at least this much of its stretch.
+    pub shortest_m: f64,
+    /// A trial ends after this much.
+    pub longest_m: f64,
+    /// A stretch ends where its way leads for more than this through places that training never saw.
+    pub longest_gap_m: f64,
+    /// How answers become likelihoods.
+    pub evidence: Evidence,
+    /// Cells of the belief.
+    pub grid: GridConfig,
+    /// What the filter believes of odometry; nothing said: what the model learned of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<OdometryMotion>,
+    /// Position tracking starts with this standard deviation around the truth …
+    pub start_spread_m: f64,
+    /// … and this one in heading.
+    pub start_spread_rad: f64,
+    /// Resamples of the bootstrap.
+    pub resamples: usize,
+}
+
+impl Default for LocaliseConfig {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            trials: 60,
+            spacing_m: 0.5,
+            shortest_m: 5.0,
+            longest_m: 30.0,
+            longest_gap_m: 3.0,
+            evidence: Evidence::MeanField,
+            grid: GridConfig::default(),
+            motion: None,
+            start_spread_m: 0.3,
+            start_spread_rad: 0.1,
+            resamples: 1000,
+        }
+    }
+}
+
+impl LocaliseConfig {
+    /// # Errors
+    /// Where a value makes no sense; the message names the key.
+    pub fn check(&self) -> Result<()> {
+        let wrong = |key: &str, expected: &str| {
+            Err(Error::usage(format!("localise.{key}: expected {expected}")))
+        };
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        if self.trials == 0 || self.resamples == 0 {
+            return wrong("trials, localise.resamples", "at least 1 of each");
+        }
+        if self.trials > 100_000 || self.resamples > 1_000_000 {
+            return wrong(
+                "trials, localise.resamples",
+                "at most 100,000 and 1,000,000",
+            );
+        }
+        if !(self.spacing_m >= 0.01 && self.spacing_m <= self.shortest_m) {
+            return wrong(
+                "spacing_m",
+                "at least 0.01 m and at most localise.shortest_m",
+            );
+        }
+        if !positive(self.shortest_m)
+            || !positive(self.longest_m)
+            || self.shortest_m > self.longest_m
+        {
+            return wrong(
+                "shortest_m, localise.longest_m",
+                "positive numbers of metres, the first not above the second",
+            );
+        }
+        if !(self.longest_gap_m.is_finite() && self.longest_gap_m >= 0.0) {
+            return wrong("longest_gap_m", "0 or more metres");
+        }
+        if !positive(self.start_spread_m) || !positive(self.start_spread_rad) {
+            return wrong(
+                "start_spread_m, localise.start_spread_rad",
+                "positive numbers",
+            );
+        }
+        Ok(())
+    }
+}

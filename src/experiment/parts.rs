@@ -1,0 +1,149 @@
+//! Which snapshots a model learned from, and which it never saw.
+
+use crate::{
+    belief::Places,
+    error::{Error, Result},
+    learning::training_set::covered,
+    model::{Model, seen},
+    recording::Recording,
+};
+use std::borrow::Cow;
+
+/// Which snapshots a model learned from, and which it never saw.
+pub struct Parts<'a> {
+    /// The recording to localise in.
+    pub run: &'a Recording,
+    /// Its places.
+    pub places: Places,
+    /// Its snapshots that the model never saw.
+    pub unseen: Vec<usize>,
+    /// Are these the validation part, which stopped the training?
+    pub unseen_is_validation: bool,
+    /// What the model learned from, where it is at hand: without it there are no baselines.
+    pub source: Option<TrainingSource<'a>>,
+}
+
+/// The recording that a model learned from.
+pub struct TrainingSource<'a> {
+    /// The whole recording.
+    pub recording: Cow<'a, Recording>,
+    /// Snapshots that the weights descended on.
+    pub training: Vec<usize>,
+    /// Snapshots that stopped them.
+    pub validation: Vec<usize>,
+}
+
+impl<'a> Parts<'a> {
+    /// Finds out which part of `run` the model has not seen. `trained_on` is the dataset it learned from, where that is
+    /// another one.
+    ///
+    /// # Errors
+    /// Where `trained_on` is not the dataset that the model names, or one lies along a route and the other doesn't.
+    pub fn new(model: &Model, run: &'a Recording, trained_on: Option<Recording>) -> Result<Self> {
+        let run_is_source = seen::is_source(model, run)?;
+        let source = match trained_on {
+            Some(recording) if seen::is_source(model, &recording)? => Some(Cow::Owned(recording)),
+            Some(_) => {
+                return Err(Error::work(format!(
+                    "--trained-on names another dataset than the model learned from (sha256 {})",
+                    model.header.dataset_sha256.as_deref().unwrap_or("unknown")
+                )));
+            }
+            None if run_is_source => Some(Cow::Borrowed(run)),
+            None => None,
+        };
+        refuse_the_way_back(run)?;
+        let source = source
+            .map(|recording| {
+                let split = model.header.recipe.split.split(&recording)?;
+                let test = split.test.clone();
+                Ok::<_, Error>((
+                    TrainingSource {
+                        recording,
+                        training: split.train,
+                        validation: split.validation,
+                    },
+                    test,
+                ))
+            })
+            .transpose()?;
+        let places = Places::of(run);
+        if std::mem::discriminant(&places) != std::mem::discriminant(&model.places()) {
+            return Err(Error::work(
+                "the model's places and the dataset's differ: one lies along a route (array `route`), the other in the plane",
+            ));
+        }
+        if !run_is_source {
+            refuse_the_familiar(model, run)?;
+        }
+        let (unseen, unseen_is_validation) = match &source {
+            Some((source, test)) if run_is_source && test.is_empty() => {
+                (source.validation.clone(), true)
+            }
+            Some((_, test)) if run_is_source => (test.clone(), false),
+            _ => ((0..run.len()).collect(), false),
+        };
+        if unseen.is_empty() {
+            return Err(Error::work(
+                "the model saw every snapshot of this dataset; expected another recording, or a model trained with --test-fold",
+            ));
+        }
+        Ok(Self {
+            run,
+            places,
+            unseen,
+            unseen_is_validation,
+            source: source.map(|(source, _)| source),
+        })
+    }
+
+    /// Unseen snapshots at places that training saw.
+    pub fn covered(&self, model: &Model) -> Vec<usize> {
+        covered(&self.places, &self.unseen, &model.places())
+    }
+}
+
+/// A recording that is not the model's own may still hold what the model learned from: the same poses to the last bit.
+fn refuse_the_familiar(model: &Model, run: &Recording) -> Result<()> {
+    let known = seen::learned_poses(&model.pose, run, &[]);
+    if seen::is_chance(known) {
+        return Ok(());
+    }
+    Err(Error::work(format!(
+        "at {known} places of its {} snapshots, to the last bit, the model has learned, but it is not the whole dataset that \
+         the model learned from, with the same split: it may hold what the model has seen; expected an unseen recording, or \
+         the very dataset that the model was trained on",
+        run.len()
+    )))
+}
+
+/// A belief along a route knows no heading, so odometry can only carry it forwards.
+fn refuse_the_way_back(run: &Recording) -> Result<()> {
+    if !run.goes_one_way() {
+        return Err(Error::work(
+            "array `route`: it is driven backwards, too; a belief along a route knows one direction only: leave `route` \
+             out (training and localising then go by the poses in the plane), or localise in runs of one direction",
+        ));
+    }
+    Ok(())
+}
+
+/// Does odometry say just what the true poses say? Then whatever it carries is flattered.
+pub fn odometry_is_the_truth(recording: &Recording) -> bool {
+    let poses = recording.poses();
+    recording.runs().into_iter().all(|run| {
+        (run.start + 1..run.end).all(|k| {
+            let (a, b) = (
+                recording.observation(k - 1).odometry,
+                recording.observation(k).odometry,
+            );
+            let (said, was) = (
+                a.displacement_to(&b),
+                poses[k - 1].displacement_to(&poses[k]),
+            );
+            (said.forward_m - was.forward_m).abs() < 1e-9
+                && (said.left_m - was.left_m).abs() < 1e-9
+                && (said.turn_rad - was.turn_rad).abs() < 1e-9
+        })
+    })
+}
