@@ -28,7 +28,7 @@ fn parse(criterion: &mut Criterion) {
     group.throughput(Throughput::Bytes(log.len() as u64));
     group.bench_function("carmen", |bencher| {
         bencher.iter(|| {
-            ballmark::recording::carmen::read(
+            ballmark::recording::format::carmen::read(
                 Path::new("bench.log"),
                 black_box(log.as_bytes()),
                 None,

@@ -45,7 +45,9 @@
 pub mod error;
 pub mod geometry;
 pub mod seed;
+mod simd;
 pub mod storage;
+pub mod toml_file;
 
 // arrays by name in one file
 pub mod archive;
@@ -90,4 +92,17 @@ pub mod report;
 #[cfg(feature = "cli")]
 pub mod cli;
 
+// what most programs need, by its short name
+pub use belief::{Belief, Uncertainty};
+pub use detector::Detector;
 pub use error::{Error, Result};
+pub use geometry::Pose;
+pub use learning::Recipe;
+pub use localiser::{LiveLocaliser, Localiser};
+pub use model::Model;
+pub use recogniser::Recogniser;
+pub use recording::{Observation, Recording};
+pub use seed::Seed;
+
+// crates whose types stand in this interface, in the versions that it speaks
+pub use {nalgebra, ndarray};

@@ -57,14 +57,26 @@ impl Bayes {
         })
     }
 
-    /// 2. For each observed feature vector: [`correct`], with its errors.
-    pub fn correct(&mut self, log_likelihood: &[f64]) -> Result<()> {
+    /// 2. For each observed feature vector: [`correct`], with its result and errors.
+    pub fn correct(&mut self, log_likelihood: &[f64]) -> Result<f64> {
         correct(&mut self.belief, log_likelihood)
     }
 
     /// 3. For each action: [`predict`], with its errors.
     pub fn predict(&mut self, step: &Displacement) -> Result<()> {
         predict(&mut self.belief, &self.grid, &self.motion, step)
+    }
+
+    /// Begins anew with another belief.
+    ///
+    /// # Errors
+    /// Where it is not about the cells of the grid.
+    pub fn restart(&mut self, belief: Belief) -> Result<()> {
+        if belief.places() != self.grid.places() {
+            return Err(not_its_cells());
+        }
+        self.belief = belief;
+        Ok(())
     }
 
     /// Bel(ξ), over the cells of the grid.
@@ -81,10 +93,12 @@ impl Bayes {
 /// Bel(ξ) ← P(f|ξ) Bel(ξ), normalised (eq. 17, 18). `log_likelihood` is ln P(f|ξ) at each place of the belief, up to a
 /// constant; any sensor model will do.
 ///
+/// Returns ln P(f) = ln Σ_ξ P(f|ξ) Bel(ξ), how likely the belief held the observation to be, up to the same constant.
+///
 /// # Errors
 /// Where the lengths differ, a value is NaN or +∞, or the likelihood is 0 wherever the belief has mass: the belief stays as
 /// it was.
-pub fn correct(belief: &mut Belief, log_likelihood: &[f64]) -> Result<()> {
+pub fn correct(belief: &mut Belief, log_likelihood: &[f64]) -> Result<f64> {
     if log_likelihood.len() != belief.mass().len() {
         let (values, places) = (log_likelihood.len(), belief.mass().len());
         return Err(Error::work(format!(
@@ -117,8 +131,7 @@ pub fn correct(belief: &mut Belief, log_likelihood: &[f64]) -> Result<()> {
             *mass *= (l - best).exp();
         }
     });
-    belief.normalise();
-    Ok(())
+    Ok(best + belief.normalise().ln())
 }
 
 /// Bel(ξ) ← ∫ P(ξ|ξ̃, a) Bel(ξ̃) dξ̃ (eq. 19), with the movement that odometry reports, in the robot's frame, as a.

@@ -160,7 +160,7 @@ impl Belief {
         })
     }
 
-    fn sum(&self, term: impl Fn(usize, f64) -> f64 + Sync) -> f64 {
+    pub(super) fn sum(&self, term: impl Fn(usize, f64) -> f64 + Sync) -> f64 {
         sum_in_blocks(self.mass.len(), |cell| term(cell, self.mass[cell]))
     }
 
@@ -170,8 +170,8 @@ impl Belief {
     }
 
     /// Bel(ξ) ← Bel(ξ) [∫ Bel(ξ̃) dξ̃]⁻¹ (eq. 18). What is left of a mass below 10⁻²⁸⁰ is 0: numbers near the end of the
-    /// range of `f64` are slow, and no evidence will ever bring such a place back.
-    pub(super) fn normalise(&mut self) {
+    /// range of `f64` are slow, and no evidence will ever bring such a place back. Returns the sum before, ∫ Bel(ξ̃) dξ̃.
+    pub(super) fn normalise(&mut self) -> f64 {
         let total = sum_in_blocks(self.mass.len(), |cell| self.mass[cell]);
         self.mass.par_iter_mut().for_each(|mass| {
             *mass /= total;
@@ -179,6 +179,7 @@ impl Belief {
                 *mass = 0.0;
             }
         });
+        total
     }
 }
 
@@ -224,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn starts_as_told() {
+    fn starts_from_a_window_or_a_gaussian() {
         let poses: Vec<Pose> = (0..100)
             .map(|i| Pose::new((i / 10) as f64, 0.0, (i % 10) as f64 * 0.3))
             .collect();
@@ -235,8 +236,8 @@ mod tests {
         assert_eq!(belief.mass().iter().filter(|m| **m > 0.0).count(), 15);
         assert!((belief.mass()[55] - 1.0 / 15.0).abs() < 1e-15);
         let nobody = Places::Plane(vec![Pose::new(50.0, 0.0, 0.0)]);
-        let told = Belief::within(&places, &nobody, 0, &window).unwrap_err();
-        assert!(told.to_string().contains("within 2m "), "{told}");
+        let error = Belief::within(&places, &nobody, 0, &window).unwrap_err();
+        assert!(error.to_string().contains("within 2m "), "{error}");
 
         let known = Belief::around(&places, &places, 55, 1.0, 0.3).unwrap();
         assert_eq!(known.mode(), 55);

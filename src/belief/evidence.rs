@@ -72,6 +72,41 @@ impl Evidence {
         belief: &Belief,
         stream: &mut Stream,
     ) -> Result<Vec<f64>> {
+        Ok(self.weighed(g, map, belief, stream)?.0)
+    }
+
+    /// The same, scaled so that ln Σ_ξ Bel(ξ) P(z|ξ) is the logarithm of how likely the belief held this answer to be:
+    ///
+    /// - sampled: the probability of the features that were drawn, D(f) = Σ_ξ Bel(ξ) M(ξ, f);
+    /// - Jeffrey and likelihood: Σ_f P(f|s) D(f), the probability that features drawn from the map, at a place drawn from the
+    ///   belief, are those drawn from the filters;
+    /// - mean field: Σ_ξ Bel(ξ) Π_i m_i^g_i (1−m_i)^(1−g_i); the probability of the features where every g_i is 0 or 1, and
+    ///   otherwise a likelihood that may be compared between beliefs, not between answers.
+    ///
+    /// # Errors
+    /// As [`Evidence::log_likelihood`].
+    pub fn predictive_log_likelihood(
+        self,
+        g: &[f64],
+        map: &GridMap,
+        belief: &Belief,
+        stream: &mut Stream,
+    ) -> Result<Vec<f64>> {
+        let (mut log_likelihood, log_scale) = self.weighed(g, map, belief, stream)?;
+        if log_scale.is_finite() {
+            log_likelihood.iter_mut().for_each(|l| *l += log_scale);
+        }
+        Ok(log_likelihood)
+    }
+
+    /// ln P(z|ξ) at each cell, less the second number.
+    fn weighed(
+        self,
+        g: &[f64],
+        map: &GridMap,
+        belief: &Belief,
+        stream: &mut Stream,
+    ) -> Result<(Vec<f64>, f64)> {
         if g.len() != map.features() || belief.mass().len() != map.cells() {
             return Err(Error::work(format!(
                 "evidence: {} activations and a belief over {} places for a map of {} features at {} cells",
@@ -93,10 +128,10 @@ impl Evidence {
                     .iter()
                     .map(|&g| f64::from(stream.random::<f64>() < g))
                     .collect();
-                Ok(map.cross_entropy(&f))
+                Ok((map.cross_entropy(&f), 0.0))
             }
-            Evidence::MeanField => Ok(map.cross_entropy(g)),
-            Evidence::Likelihood => Ok(averaged_over_features(g, map)),
+            Evidence::MeanField => Ok((map.cross_entropy(g), 0.0)),
+            Evidence::Likelihood => Ok((averaged_over_features(g, map), 0.0)),
             Evidence::Jeffrey if g.len() > MOST_ENUMERATED_FEATURES => Err(Error::usage(format!(
                 "evidence: Jeffrey's rule with {} features; expected at most {MOST_ENUMERATED_FEATURES}, since it goes through all 2^n feature vectors (`mean-field` takes any number)",
                 g.len()
@@ -117,10 +152,16 @@ fn averaged_over_features(g: &[f64], map: &GridMap) -> Vec<f64> {
         .collect()
 }
 
-/// ln Σ_f P(f|s) M(ξ, f)/D(f).
-fn jeffrey(g: &[f64], map: &GridMap, mass: &[f64]) -> Vec<f64> {
+/// ln Σ_f P(f|s) M(ξ, f)/D(f) at each cell, and ln Σ_f P(f|s) D(f).
+fn jeffrey(g: &[f64], map: &GridMap, mass: &[f64]) -> (Vec<f64>, f64) {
     let evidence = average_over_belief(map, mass); // D(f)
     let mut weights = product(g); // P(f|s), then P(f|s)/D(f)
+    let log_scale = weights
+        .iter()
+        .zip(&evidence)
+        .map(|(weight, evidence)| weight * evidence)
+        .sum::<f64>()
+        .ln();
     for (weight, evidence) in weights.iter_mut().zip(&evidence) {
         // A feature vector that the map holds impossible everywhere leaves no posterior to average.
         *weight = if *evidence > 0.0 {
@@ -130,27 +171,28 @@ fn jeffrey(g: &[f64], map: &GridMap, mass: &[f64]) -> Vec<f64> {
         };
     }
     if weights.iter().all(|w| *w == 0.0) {
-        return vec![0.0; mass.len()];
+        return (vec![0.0; mass.len()], log_scale);
     }
     let cells = map.probability();
-    (0..map.cells())
+    let log_likelihood = (0..map.cells())
         .into_par_iter()
-        .map_init(Vec::new, |room, cell| {
+        .map_init(Vec::new, |workspace, cell| {
             // Σ_f W(f) Π_i m_i^f_i (1−m_i)^(1−f_i), one feature at a time, the last first: half the sums are left each time.
-            room.clear();
-            room.extend_from_slice(&weights);
+            workspace.clear();
+            workspace.extend_from_slice(&weights);
             for &m in cells.row(cell).iter().rev() {
-                let half = room.len() / 2;
-                let (without, with) = room.split_at_mut(half);
+                let half = workspace.len() / 2;
+                let (without, with) = workspace.split_at_mut(half);
                 without
                     .iter_mut()
                     .zip(with)
                     .for_each(|(a, b)| *a = (1.0 - m) * *a + m * *b);
-                room.truncate(half);
+                workspace.truncate(half);
             }
-            room[0].ln()
+            workspace[0].ln()
         })
-        .collect()
+        .collect();
+    (log_likelihood, log_scale)
 }
 
 /// D(f) = Σ_ξ Bel(ξ) M(ξ, f) for all 2ⁿ f, summed in blocks so that the number of threads changes nothing.

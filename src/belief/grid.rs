@@ -247,10 +247,10 @@ mod tests {
                 .is_usage()
         );
         let nowhere = Places::Route(vec![0.0, f64::NAN]);
-        let told = Grid::over(&nowhere, &GridConfig::default()).unwrap_err();
-        assert!(told.to_string().contains("snapshot 1"), "{told}");
+        let error = Grid::over(&nowhere, &GridConfig::default()).unwrap_err();
+        assert!(error.to_string().contains("snapshot 1"), "{error}");
         let far = Places::Plane(vec![Pose::new(1e300, 0.0, 0.0)]);
-        let told = Grid::over(&far, &GridConfig::default()).unwrap_err();
-        assert!(told.to_string().contains("snapshot 0"), "{told}");
+        let error = Grid::over(&far, &GridConfig::default()).unwrap_err();
+        assert!(error.to_string().contains("snapshot 0"), "{error}");
     }
 }

@@ -11,10 +11,10 @@ use std::sync::Arc;
 
 /// A corridor with a bend, seen both ways.
 pub(super) fn bend() -> Places {
-    let there = (0..12).map(|i| Pose::new(0.5 * i as f64, 0.0, 0.0));
+    let out = (0..12).map(|i| Pose::new(0.5 * i as f64, 0.0, 0.0));
     let on = (0..8).map(|i| Pose::new(5.5, 0.5 * i as f64, 1.6));
     let back = (0..12).map(|i| Pose::new(0.5 * i as f64, 0.1, 3.1));
-    Places::Plane(there.chain(on).chain(back).collect())
+    Places::Plane(out.chain(on).chain(back).collect())
 }
 
 pub(super) fn corridor() -> Places {

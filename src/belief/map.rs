@@ -195,8 +195,9 @@ impl GridMap {
 
     /// Σ_i g_i ln m_i(ξ) + (1−g_i) ln(1−m_i(ξ)) at every cell. The logarithms are taken at the first call and kept.
     pub(super) fn cross_entropy(&self, g: &[f64]) -> Vec<f64> {
-        let LogOdds { slope, offset } =
-            self.log_odds.get_or_init(|| LogOdds::of(&self.probability));
+        let LogOdds { slope, offset } = self
+            .log_odds
+            .get_or_init(|| LogOdds::new(&self.probability));
         let cells = (0..self.cells()).into_par_iter();
         cells
             .map(|cell| {
@@ -209,7 +210,7 @@ impl GridMap {
 }
 
 impl LogOdds {
-    fn of(probability: &Array2<f64>) -> Self {
+    fn new(probability: &Array2<f64>) -> Self {
         // A certain map would make 0 · ∞ of a feature that agrees with it.
         let certain = |m: f64| m.clamp(f64::EPSILON, 1.0 - f64::EPSILON);
         // On one thread: this runs while others wait for it, and a rayon thread that waits for its share of the work takes
@@ -290,21 +291,21 @@ mod tests {
     #[test]
     fn what_is_no_map_is_refused() {
         let places = || Places::Route(vec![0.0, 1.0]);
-        let told = |activation: Array2<f64>, config| {
+        let message = |activation: Array2<f64>, config| {
             FeatureMap::new(places(), activation, config)
                 .unwrap_err()
                 .to_string()
         };
         assert!(
-            told(array![[0.5], [f64::NAN]], config(1, 0.0))
+            message(array![[0.5], [f64::NAN]], config(1, 0.0))
                 .contains("snapshot 1, feature 0 is NaN")
         );
-        assert!(told(array![[0.5]], config(1, 0.0)).contains("1 activations for 2 places"));
+        assert!(message(array![[0.5]], config(1, 0.0)).contains("1 activations for 2 places"));
         assert!(
-            told(array![[0.5], [0.5]], config(3, 0.0))
+            message(array![[0.5], [0.5]], config(3, 0.0))
                 .contains("2 training snapshots; expected at least k = 3")
         );
-        assert!(told(array![[0.5], [0.5]], config(1, 1.0)).contains("unmodelled_probability"));
+        assert!(message(array![[0.5], [0.5]], config(1, 1.0)).contains("unmodelled_probability"));
         assert!(GridMap::new(array![[1.1]]).is_err());
     }
 }

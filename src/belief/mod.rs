@@ -12,6 +12,7 @@ pub mod grid;
 mod kernel;
 mod lattice;
 pub mod map;
+mod moments;
 pub mod motion;
 mod motion_fit;
 pub mod neighbours;

@@ -42,7 +42,7 @@ pub struct OdometryMotion {
 }
 
 impl Default for OdometryMotion {
-    /// A wheeled robot indoors, told pessimistically: 10 % of the distance, 14 % of the turn.
+    /// A wheeled robot indoors, pessimistically: 10 % of the distance, 14 % of the turn.
     fn default() -> Self {
         Self {
             rotation_noise_from_rotation: 0.02,
@@ -160,10 +160,10 @@ mod tests {
             translation_floor_m: -1.0,
             ..OdometryMotion::default()
         };
-        let told = bad.checked().unwrap_err();
+        let error = bad.checked().unwrap_err();
         assert!(
-            told.is_usage() && told.to_string().contains("translation_floor_m"),
-            "{told}"
+            error.is_usage() && error.to_string().contains("translation_floor_m"),
+            "{error}"
         );
         for p in [0.0, 1.0, f64::NAN] {
             let bad = OdometryMotion {

@@ -239,12 +239,12 @@ mod tests {
     }
 
     #[test]
-    fn too_few_snapshots_and_mixed_places_are_told() {
+    fn too_few_snapshots_and_mixed_places_are_refused() {
         let few = scattered("few", 3);
-        let told = Neighbours::find(&few, &few, &Nearness::default())
+        let error = Neighbours::find(&few, &few, &Nearness::default())
             .unwrap_err()
             .to_string();
-        assert_eq!(told, "map: 3 training snapshots; expected at least k = 5");
+        assert_eq!(error, "map: 3 training snapshots; expected at least k = 5");
         let none = Nearness {
             k: 0,
             ..Nearness::default()

@@ -2,7 +2,7 @@
 
 use crate::{geometry::Pose, recording::Recording};
 
-/// Labelled places ξ_1..ξ_K, told by one coordinate along a route or by poses in the plane.
+/// Labelled places ξ_1..ξ_K, given by one coordinate along a route or by poses in the plane.
 ///
 /// The distance between two is the error e(ξ*, ξ) of taking one for the other: "the distance the robot must travel to
 /// move from ξ* to ξ" (Thrun 1998, 5.1.5), along the route or straight.
@@ -40,6 +40,14 @@ impl Places {
     /// Is there no place at all?
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Place `index` as a pose; along a route `x_m` is its coordinate in metres and the rest is 0.
+    pub fn pose(&self, index: usize) -> Pose {
+        match self {
+            Places::Route(route) => Pose::new(route[index], 0.0, 0.0),
+            Places::Plane(poses) => poses[index],
+        }
     }
 
     /// Some of the places, in the order given.

@@ -38,7 +38,7 @@ pub(super) fn moved(
                 (cos * ahead - sin * left, sin * ahead + cos * left)
             }
         };
-        let shift = [east_m, north_m].map(|d| Shift::of(d / lattice.cell_m(), lattice.extent()));
+        let shift = [east_m, north_m].map(|d| Shift::new(d / lattice.cell_m(), lattice.extent()));
         let variance = variance_m2 / (lattice.cell_m() * lattice.cell_m());
         let kernels = shift.map(|s| Kernel::gaussian(variance - s.variance(), lattice.extent()));
         move_plane(
@@ -65,7 +65,7 @@ struct Shift {
 }
 
 impl Shift {
-    fn of(cells: f64, extent: usize) -> Self {
+    fn new(cells: f64, extent: usize) -> Self {
         // Beyond the grid is beyond the grid, however far.
         let beyond = extent as f64 + 1.0;
         let cells = cells.clamp(-beyond, beyond);
@@ -121,7 +121,7 @@ fn move_plane(
 fn turn_weights(headings: usize, motion: &OdometryMotion, step: &Displacement) -> Vec<f64> {
     let cell_rad = TAU / headings as f64;
     // The turn as at most one round: the circle has no end, so the extent that bounds it is any.
-    let shift = Shift::of(step.turn_rad.rem_euclid(TAU) / cell_rad, headings);
+    let shift = Shift::new(step.turn_rad.rem_euclid(TAU) / cell_rad, headings);
     let variance = motion.heading_variance_rad2(step) / (cell_rad * cell_rad) - shift.variance();
     let blur = Kernel::gaussian(variance, 4 * headings); // four rounds are flat
     let mut weights = vec![0.0; headings];

@@ -7,10 +7,11 @@ use crate::{
         Recipe,
         recipe::{FORMER_KEYS, Named},
     },
-    storage,
+    toml_file::{TomlFile, put_over, rename_keys},
 };
 use serde::Deserialize;
 use std::path::Path;
+use toml::{Table, Value};
 
 /// An experiment: what is trained how, and how it is localised with. Every key has a default; an unknown one is an error.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
@@ -28,7 +29,8 @@ impl Experiment {
     /// Reads a configuration; without a file it is the default one. A `recipe` given here stands before the file's own.
     ///
     /// # Errors
-    /// Where the file is no TOML, or a key is unknown or of the wrong type: the call is wrong. The message names the line.
+    /// Where the file is no TOML, a key is unknown or of the wrong type, or a value makes no sense: the call is wrong. The
+    /// message names the file and, where the key stands in it, the line.
     pub fn read(path: Option<&Path>, recipe: Option<Named>) -> Result<Self> {
         let Some(path) = path else {
             return Ok(Self {
@@ -36,59 +38,71 @@ impl Experiment {
                 ..Self::default()
             });
         };
-        let bytes = storage::read_file(path)?;
-        let text = String::from_utf8(bytes).map_err(|_| {
-            Error::usage(format!("{}: not UTF-8 text; expected TOML", path.display()))
-        })?;
-        let mut experiment: Self = toml::from_str(&text).map_err(|e| {
-            let before = e.span().map_or(0, |span| span.start.min(text.len()));
-            let line = 1 + text.bytes().take(before).filter(|b| *b == b'\n').count();
-            let fault = e.message().replace('\n', " ");
-            Error::usage(format!("{}: line {line}: {fault}", path.display()))
-        })?;
+        let file = TomlFile::read(path)?;
+        let mut experiment: Self = file.parse()?;
         let named = recipe.unwrap_or(experiment.recipe);
         // The text is sound: what it says of training is now put over what the named recipe says.
-        let merged = || -> std::result::Result<Recipe, toml::de::Error> {
-            let mut keys =
-                toml::Value::try_from(named.recipe()).map_err(serde::de::Error::custom)?;
-            let mut table: toml::Table = toml::from_str(&text)?;
-            if let Some(train) = table.get_mut("train") {
-                with_current_names(train);
-                put_over(&mut keys, train);
+        let mut keys = Value::try_from(named.recipe())
+            .map_err(|e| Error::work(format!("recipe as TOML: {e}")))?;
+        let mut table: Table = file.parse()?;
+        if let Some(train) = table.get_mut("train") {
+            if let Some(Value::Table(descent)) = train.get_mut("descent") {
+                rename_keys(descent, &FORMER_KEYS);
             }
-            keys.try_into()
-        };
+            put_over(&mut keys, train);
+        }
+        let recipe: std::result::Result<Recipe, toml::de::Error> = keys.try_into();
         experiment.train =
-            merged().map_err(|e| Error::usage(format!("{}: {}", path.display(), e.message())))?;
+            recipe.map_err(|e| file.locate(Error::usage(format!("[train]: {}", e.message()))))?;
+        let in_train = |fault: Error| file.locate(fault.context("[train]"));
+        experiment.train.check().map_err(in_train)?;
+        let in_localise = |fault: Error| file.locate(fault);
+        experiment.localise.check().map_err(in_localise)?;
         Ok(experiment)
     }
 }
 
-/// Gives the keys of `[train]` that had another name in the version before their names of now.
-fn with_current_names(train: &mut toml::Value) {
-    let Some(descent) = train.get_mut("descent").and_then(|d| d.as_table_mut()) else {
-        return;
-    };
-    for (former, current) in FORMER_KEYS {
-        if let Some(value) = descent.remove(former) {
-            descent.entry(current).or_insert(value);
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Experiment> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("in.toml");
+        std::fs::write(&path, text).unwrap();
+        Experiment::read(Some(&path), None)
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_refused_with_file_and_line() {
+        for (text, place) in [
+            (
+                "\n[train.descent]\nlearning_rate = -1",
+                "in.toml: line 3: [train]: descent.learning_rate = -1",
+            ),
+            (
+                "[localise]\nlongest_m = -1",
+                "in.toml: line 2: localise.shortest_m, localise.longest_m",
+            ),
+            (
+                "[localise]\nlongest_gap_m = -1",
+                "in.toml: line 2: localise.longest_gap_m",
+            ),
+        ] {
+            let error = read(text).unwrap_err();
+            assert!(
+                error.is_usage() && error.to_string().contains(place),
+                "{error}"
+            );
         }
     }
-}
 
-/// Puts the keys of one table over those of another, table by table.
-fn put_over(under: &mut toml::Value, over: &toml::Value) {
-    match (under, over) {
-        (toml::Value::Table(under), toml::Value::Table(over)) => {
-            for (key, value) in over {
-                match under.get_mut(key) {
-                    Some(place) => put_over(place, value),
-                    None => {
-                        under.insert(key.clone(), value.clone());
-                    }
-                }
-            }
-        }
-        (under, over) => *under = over.clone(),
+    #[test]
+    fn names_of_the_version_before_are_still_read() {
+        let former = read("[train.descent]\nqueries = 7\nplaces = 70").unwrap();
+        let present =
+            read("[train.descent]\ntruths_per_step = 7\ncandidates_per_step = 70").unwrap();
+        assert_eq!(former.train.descent.truths_per_step, 7);
+        assert_eq!(former, present);
     }
 }

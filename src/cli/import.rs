@@ -5,11 +5,14 @@ use crate::{
     error::{Error, Result},
     recording::{
         Recording,
-        log::{self, Format, Log, ReadOptions},
+        format::{FORMATS, Format},
+        import::{self, ReadOptions},
+        log::Log,
         npz,
     },
     storage,
 };
+use clap::builder::PossibleValuesParser;
 use ndarray::Axis;
 use serde_json::{Value, json};
 use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
@@ -30,8 +33,8 @@ pub struct Arguments {
     output: PathBuf,
 
     /// Format of the logs, instead of guessing it from their content.
-    #[arg(long)]
-    format: Option<FormatName>,
+    #[arg(long, value_parser = PossibleValuesParser::new(FORMATS.map(|format| format.name)))]
+    format: Option<String>,
 
     /// Reading in metres from which on there was no return, instead of the log's own; for all channels in metres.
     #[arg(long, value_name = "METRES")]
@@ -61,13 +64,6 @@ Example:
   printf 'time_s,x_m,y_m,heading_rad,light\\n0,0,0,0,7\\n1,0.5,0,0,9\\n' > walk.csv
   ballmark import walk.csv -o walk.npz";
 
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum FormatName {
-    Carmen,
-    Csv,
-    Npz,
-}
-
 pub fn run(arguments: Arguments) -> Result<Outcome> {
     if let Some(maximum) = arguments.max_range.filter(|m| !(m.is_finite() && *m > 0.0)) {
         return Err(Error::usage(format!(
@@ -75,15 +71,11 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         )));
     }
     let options = ReadOptions {
-        format: arguments.format.map(|name| match name {
-            FormatName::Carmen => Format::Carmen,
-            FormatName::Csv => Format::Csv,
-            FormatName::Npz => Format::Npz,
-        }),
+        format: arguments.format.as_deref().map(Format::named).transpose()?,
         max_range_m: arguments.max_range,
     };
     storage::check_target(&arguments.output)?; // a wrong name fails now, not after the reading
-    let log = log::read(&arguments.log, &options)?;
+    let log = import::read(&arguments.log, &options)?;
     let named = |e: Error| {
         if e.is_io() {
             e
@@ -115,15 +107,6 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     })
 }
 
-fn path_m(recording: &Recording) -> f64 {
-    let travelled_m = recording.travelled_m();
-    // Added to 0, not -0 which an empty sum of floats starts from.
-    recording
-        .runs()
-        .iter()
-        .fold(0.0, |sum, run| sum + travelled_m[run.end - 1])
-}
-
 /// Share of NaN in each channel.
 fn no_return_shares(recording: &Recording) -> Vec<f64> {
     let mut first = 0;
@@ -147,7 +130,7 @@ fn summary(log: &Log, arguments: &Arguments) -> Value {
         "output": arguments.output.display().to_string(),
         "snapshots": recording.len(),
         "runs": recording.runs().len(),
-        "path_m": path_m(recording),
+        "path_m": recording.path_m(),
         "odometry": log.odometry.describe(),
         "channels": channels.collect::<Vec<_>>(),
         "used": account.used_counts(),
@@ -168,7 +151,7 @@ fn table(log: &Log, arguments: &Arguments) -> String {
     row("dataset", arguments.output.display().to_string());
     row("snapshots", recording.len().to_string());
     row("runs", recording.runs().len().to_string());
-    row("path", format!("{:.1} m", path_m(recording)));
+    row("path", format!("{:.1} m", recording.path_m()));
     row("odometry", log.odometry.describe().to_string());
     for (channel, share) in recording.channels().iter().zip(no_return_shares(recording)) {
         let maximum = match channel.maximum {

@@ -137,13 +137,6 @@ fn plan(scene: &RunScene, recording: &Recording) -> Plan {
     }
 }
 
-fn path_m(recording: &Recording) -> f64 {
-    let travelled_m = recording.travelled_m();
-    let ends = recording.runs().into_iter().map(|run| run.end - 1);
-    // Added to 0, not -0 which an empty sum of floats starts from.
-    ends.fold(0.0, |sum, end| sum + travelled_m[end])
-}
-
 fn summary(world: &Building, recording: &Recording, arguments: &Arguments) -> Value {
     let channels = recording.channels().iter();
     let channels = channels.map(
@@ -156,7 +149,7 @@ fn summary(world: &Building, recording: &Recording, arguments: &Arguments) -> Va
         "set": arguments.set,
         "snapshots": recording.len(),
         "runs": recording.runs().len(),
-        "path_m": path_m(recording),
+        "path_m": recording.path_m(),
         "channels": channels.collect::<Vec<_>>(),
     })
 }
@@ -170,7 +163,7 @@ fn table(world: &Building, recording: &Recording, arguments: &Arguments) -> Stri
     row("world", world.name().to_string());
     row("snapshots", recording.len().to_string());
     row("runs", recording.runs().len().to_string());
-    row("path", format!("{:.1} m", path_m(recording)));
+    row("path", format!("{:.1} m", recording.path_m()));
     for channel in recording.channels() {
         row(
             "channel",

@@ -1,7 +1,7 @@
-//! Where the values of an image stand that is told as Thrun (1998), 5.1.3, tells it: ten rows, then ten columns, of seven
+//! Where the values of an image stand in its channel, laid out as in Thrun (1998), 5.1.3: ten rows, then ten columns, of seven
 //! values each, all in standard deviations of the image.
 
-use crate::recording::Recording;
+use crate::recording::Channel;
 use ndarray::ArrayView1;
 
 /// Rows, and columns, of an image.
@@ -14,7 +14,7 @@ pub(super) const BRIGHTNESS: usize = 0;
 /// Mean difference of neighbouring pixels in red, among its values.
 pub(super) const TEXTURE_IN_RED: usize = 4;
 
-/// The channel `camera` of a recording, where it has these 140 values.
+/// The channel `camera`, where it has these 140 values.
 pub(super) struct Camera {
     /// Where they begin among those of a snapshot.
     from: usize,
@@ -22,9 +22,9 @@ pub(super) struct Camera {
 
 impl Camera {
     /// `None` where there is no such channel.
-    pub fn of(recording: &Recording) -> Option<Self> {
+    pub fn find(channels: &[Channel]) -> Option<Self> {
         let mut from = 0;
-        for channel in recording.channels() {
+        for channel in channels {
             if channel.name == "camera" && channel.width == 2 * STRIPS * VALUES {
                 return Some(Self { from });
             }

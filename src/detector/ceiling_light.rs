@@ -1,19 +1,20 @@
 //! A landmark chosen by people: is a ceiling light in view of a camera that looks up?
 //!
 //! King & Weiman, *HelpMate autonomous mobile robot navigation system* (1990), as the baseline that Thrun (1998), 5.1.2 and
-//! 5.3, gives his third data set: lamps are bright, stand still and are rarely hidden. How they found theirs is not told. Ours
+//! 5.3, gives his third data set: lamps are bright, stand still and are rarely hidden. How they found theirs is not described. Ours
 //! is a bright bar in an image of which otherwise all is ceiling: the brightest of ten rows against their median. The image's
 //! values are in its own standard deviations, so the lamp's strength and the time of day drop out.
 
 use super::{
     Detector,
     camera::{BRIGHTNESS, Camera, STRIPS, probability},
+    check_width,
 };
 use crate::{
     error::{Error, Result},
-    recording::Recording,
+    recording::Channel,
 };
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView2};
 use serde::{Deserialize, Serialize};
 
 /// The one feature: a light is in view.
@@ -78,13 +79,14 @@ impl Detector for CeilingLight {
         1
     }
 
-    fn probabilities(&self, recording: &Recording) -> Result<Array2<f32>> {
-        let Some(camera) = Camera::of(recording) else {
+    fn detect_batch(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
+        check_width(channels, values)?;
+        let Some(camera) = Camera::find(channels) else {
             return Err(Error::work(
                 "ceiling lights: expected a channel `camera` of 140 values, of a camera that looks up",
             ));
         };
-        let seen = recording.values().rows().into_iter().map(|values| {
+        let seen = values.rows().into_iter().map(|values| {
             let mut rows: [f64; STRIPS] =
                 std::array::from_fn(|row| camera.row(values, row, BRIGHTNESS));
             rows.sort_by(f64::total_cmp);
@@ -102,7 +104,7 @@ mod tests {
     use super::*;
     use crate::{
         geometry::Pose,
-        recording::{Channel, Columns},
+        recording::{Columns, Recording},
     };
 
     fn images(brightness: &[[f32; STRIPS]], width: usize) -> Recording {
@@ -155,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn another_camera_and_odd_constants_are_told() {
+    fn another_camera_and_odd_constants_are_reported() {
         let other = images(&[[0.0; STRIPS]], 100);
         let error = CeilingLight::default().probabilities(&other).unwrap_err();
         assert!(error.to_string().contains("`camera` of 140"), "{error}");

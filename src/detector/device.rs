@@ -95,10 +95,10 @@ impl DeviceChoice {
     }
 
     fn not_built_in(self) -> Error {
-        let there = Self::ALL.into_iter().filter(|d| d.is_built_in());
-        let there = there.map(Self::name).collect::<Vec<_>>().join(", ");
+        let built_in = Self::ALL.into_iter().filter(|d| d.is_built_in());
+        let built_in = built_in.map(Self::name).collect::<Vec<_>>().join(", ");
         Error::usage(format!(
-            "device {self}: this ballmark was built without the feature `{self}`; expected one of {there}, or a build \
+            "device {self}: this ballmark was built without the feature `{self}`; expected one of {built_in}, or a build \
              by `cargo install --path . --features {self}`"
         ))
     }
@@ -130,8 +130,8 @@ mod gpu {
 
     /// The first of the devices that a vendor's driver counts; no driver counts none.
     #[cfg(any(feature = "cuda", feature = "rocm"))]
-    pub fn first(choice: DeviceChoice, of: burn::tensor::DeviceType) -> Result<Device> {
-        let mut found = Device::enumerate(of).into_iter();
+    pub fn first(choice: DeviceChoice, kind: burn::tensor::DeviceType) -> Result<Device> {
+        let mut found = Device::enumerate(kind).into_iter();
         found
             .next()
             .ok_or_else(|| none(choice, "its driver is missing or counts no GPU"))
@@ -145,7 +145,7 @@ mod gpu {
         use std::sync::{Mutex, PoisonError};
         static OPENED: Mutex<Vec<(DeviceChoice, Device)>> = Mutex::new(Vec::new());
         let mut opened = OPENED.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, device)) = opened.iter().find(|(of, _)| *of == choice) {
+        if let Some((_, device)) = opened.iter().find(|(opened_as, _)| *opened_as == choice) {
             return Ok(device.clone());
         }
         let device = Device::wgpu_options()
@@ -199,7 +199,7 @@ mod tests {
         let expected = product(&cpu());
         for choice in DeviceChoice::ALL {
             for again in [false, true] {
-                let told = match choice.open() {
+                let error = match choice.open() {
                     Ok(device) => {
                         assert!(choice.is_built_in());
                         let found = product(&device);
@@ -209,10 +209,16 @@ mod tests {
                     }
                     Err(error) => error,
                 };
-                assert_eq!(told.is_usage(), !choice.is_built_in(), "{again}: {told}");
-                let told = told.to_string();
-                assert!(told.starts_with(&format!("device {choice}: ")), "{told}");
-                assert!(told.contains("cpu") && !told.contains('\n'), "{told}");
+                assert_eq!(error.is_usage(), !choice.is_built_in(), "{again}: {error}");
+                let message = error.to_string();
+                assert!(
+                    message.starts_with(&format!("device {choice}: ")),
+                    "{message}"
+                );
+                assert!(
+                    message.contains("cpu") && !message.contains('\n'),
+                    "{message}"
+                );
             }
         }
     }

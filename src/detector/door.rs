@@ -1,7 +1,7 @@
 //! A landmark chosen by people: is there a door beside the robot?
 //!
 //! Koenig & Simmons, *Passive distance learning for robot navigation* (1996), as the baseline that Thrun (1998), 5.1.2 and
-//! 5.3, gives his first two data sets. How they found their doors is not told. Ours go by three things: a door is set back in
+//! 5.3, gives his first two data sets. How they found their doors is not described. Ours go by three things: a door is set back in
 //! its frame, or open, so that the wall beside the robot is farther away than walls are; and to a camera that looks there it
 //! is darker than its surroundings, and grained. All of it from sensor values, none from a plan. Ranges tell how far apart the
 //! walls are and not which of them gave way, so without a camera a door on the other side counts too.
@@ -9,13 +9,14 @@
 use super::{
     Detector,
     camera::{BRIGHTNESS, Camera, STRIPS, TEXTURE_IN_RED, probability},
+    check_width,
 };
 use crate::{
     error::{Error, Result},
     geometry::wrapped,
-    recording::Recording,
+    recording::{Channel, Recording},
 };
-use ndarray::{Array1, Array2, ArrayView1, Axis};
+use ndarray::{Array1, Array2, ArrayView1, ArrayView2, Axis};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
@@ -75,8 +76,8 @@ impl DoorConfig {
     /// A usage error that names the first constant out of bounds.
     pub fn check(&self) -> Result<()> {
         let wrong = |key: &str, value: f64, expected: &str| {
-            let told = format!("door.{key} = {value}: expected {expected}");
-            Err(Error::usage(told))
+            let message = format!("door.{key} = {value}: expected {expected}");
+            Err(Error::usage(message))
         };
         for (key, value) in [
             ("recess_step_m", self.recess_step_m),
@@ -137,7 +138,7 @@ impl Door {
     /// Where no range sensor looks to both sides, or none of the snapshots has a return on both.
     pub fn fit(config: &DoorConfig, recording: &Recording, snapshots: &[usize]) -> Result<Self> {
         config.check()?;
-        let abeam = Abeam::of(recording, config.side)?;
+        let abeam = Abeam::find(recording.channels(), config.side)?;
         let values = |&k: &usize| recording.values().row(k);
         let both = snapshots
             .iter()
@@ -189,10 +190,11 @@ impl Detector for Door {
         1
     }
 
-    fn probabilities(&self, recording: &Recording) -> Result<Array2<f32>> {
-        let abeam = Abeam::of(recording, self.config.side)?;
-        let camera = Camera::of(recording);
-        let seen = recording.values().rows().into_iter().map(|values| {
+    fn detect_batch(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
+        check_width(channels, values)?;
+        let abeam = Abeam::find(channels, self.config.side)?;
+        let camera = Camera::find(channels);
+        let seen = values.rows().into_iter().map(|values| {
             let recess_m = self.recess_m(&abeam, values);
             probability(self.evidence(recess_m, camera.as_ref(), values))
         });
@@ -208,9 +210,9 @@ struct Abeam {
 }
 
 impl Abeam {
-    fn of(recording: &Recording, side: Side) -> Result<Self> {
+    fn find(channels: &[Channel], side: Side) -> Result<Self> {
         let mut from = 0;
-        for channel in recording.channels() {
+        for channel in channels {
             let bearings = channel
                 .bearing_rad
                 .as_deref()

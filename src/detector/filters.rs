@@ -7,9 +7,9 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    recording::{Channel, Recording},
+    recording::Channel,
 };
-use ndarray::{Array2, Array3};
+use ndarray::{Array2, Array3, ArrayView2};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -47,8 +47,8 @@ impl Detector for Filters {
         self.weights.features()
     }
 
-    fn probabilities(&self, recording: &Recording) -> Result<Array2<f32>> {
-        self.detector.probabilities(recording)
+    fn detect_batch(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
+        self.detector.detect_batch(channels, values)
     }
 }
 

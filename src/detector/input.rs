@@ -3,6 +3,7 @@
 //! T98's inputs are a few hundred numbers of any kind; these are the same few hundred numbers whatever the sensor. All
 //! constants are fitted once on the training part and kept in the model, so that the robot needs nothing else.
 
+use super::check_width;
 use crate::{
     error::{Error, Result},
     recording::{Channel, Recording},
@@ -138,7 +139,8 @@ impl Input {
             mean: Vec::new(),
             deviation: Vec::new(),
         };
-        let raw = input.arrange(recording)?.select(Axis(0), snapshots);
+        let all = input.arrange(recording.channels(), recording.values().view())?;
+        let raw = all.select(Axis(0), snapshots);
         let pooled = input.pool(raw.view());
         for column in pooled.columns() {
             let (mean, deviation) = mean_and_deviation(column);
@@ -203,8 +205,20 @@ impl Input {
     ///
     /// # Errors
     /// Where the recording lacks a channel that the model was trained on, or has it in another width or unit.
-    pub fn of(&self, recording: &Recording) -> Result<Array2<f32>> {
-        let raw = self.arrange(recording)?;
+    pub fn transform(&self, recording: &Recording) -> Result<Array2<f32>> {
+        self.transform_values(recording.channels(), recording.values().view())
+    }
+
+    /// Normalised inputs of raw values `[snapshot, value]`, those of `channels` side by side: `[snapshot, input]`.
+    ///
+    /// # Errors
+    /// As [`Input::transform`], and where a snapshot has another number of values than the channels say.
+    pub fn transform_values(
+        &self,
+        channels: &[Channel],
+        values: ArrayView2<f32>,
+    ) -> Result<Array2<f32>> {
+        let raw = self.arrange(channels, values)?;
         Ok(self.normalise(self.pool(raw.view())))
     }
 
@@ -228,12 +242,13 @@ impl Input {
     }
 
     /// The raw values of our channels side by side, `[snapshot, value]`.
-    fn arrange(&self, recording: &Recording) -> Result<Array2<f32>> {
+    fn arrange(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
+        check_width(channels, values)?;
         let mut columns = Vec::new();
         for wanted in &self.channels {
-            columns.extend(wanted.find(recording.channels())?);
+            columns.extend(wanted.find(channels)?);
         }
-        Ok(recording.values().select(Axis(1), &columns))
+        Ok(values.select(Axis(1), &columns))
     }
 
     fn pool(&self, raw: ArrayView2<f32>) -> Array2<f32> {

@@ -6,7 +6,7 @@
 use super::{Detector, input::Input};
 use crate::{
     error::{Error, Result},
-    recording::Recording,
+    recording::Channel,
     seed::Stream,
 };
 use burn::tensor::{Device, Tensor, TensorData, activation};
@@ -330,7 +330,7 @@ impl Detector for NetDetector {
         self.features
     }
 
-    fn probabilities(&self, recording: &Recording) -> Result<Array2<f32>> {
-        self.respond(self.input.of(recording)?.view())
+    fn detect_batch(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
+        self.respond(self.input.transform_values(channels, values)?.view())
     }
 }

@@ -1,8 +1,8 @@
 //! The detector that learns nothing: signs of random projections of the inputs. What learning buys is judged against it.
 
 use super::{Detector, input::Input};
-use crate::{error::Result, recording::Recording, seed::Seed};
-use ndarray::Array2;
+use crate::{error::Result, recording::Channel, seed::Seed};
+use ndarray::{Array2, ArrayView2};
 use rand_distr::{Distribution, StandardNormal};
 
 /// A bit is never quite certain, so that every detector answers in (0, 1).
@@ -31,8 +31,11 @@ impl Detector for RandomProjection {
         self.planes.ncols()
     }
 
-    fn probabilities(&self, recording: &Recording) -> Result<Array2<f32>> {
-        let sides = self.input.of(recording)?.dot(&self.planes);
+    fn detect_batch(&self, channels: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
+        let sides = self
+            .input
+            .transform_values(channels, values)?
+            .dot(&self.planes);
         Ok(sides.mapv(|side| if side > 0.0 { 1.0 - DOUBT } else { DOUBT }))
     }
 }

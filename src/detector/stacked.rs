@@ -18,13 +18,16 @@ mod kernel;
 mod share;
 
 use super::net::{Activation, Layer, Weights};
-use crate::error::{Error, Result};
-use kernel::{BLOCK, STEP, lanes, widest};
+use crate::{
+    error::{Error, Result},
+    simd,
+};
+use kernel::{BLOCK, STEP};
 use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use rayon::prelude::*;
 use share::{Backward, CHUNK, Forward, Share, Source, add};
 
-/// About as many snapshots are a share, where that does not make more shares than threads will ever ask for: every
+/// About as many snapshots are a share, where that does not make more shares than there will ever be threads for: every
 /// share has a gradient of its own, to be summed.
 const SHARE: usize = 10 * CHUNK;
 const MOST_SHARES: usize = 64;
@@ -45,7 +48,7 @@ pub struct Noise<'a> {
     pub deviation: f32,
 }
 
-/// Forward and backward of n stacked networks, with the room that they need kept from step to step.
+/// Forward and backward of n stacked networks, with buffers kept from step to step.
 ///
 /// ```
 /// use ballmark::{detector::{net::{NetConfig, Weights}, stacked::Stacked}, seed::Seed};
@@ -101,7 +104,7 @@ impl Block {
         let (features, inputs, outputs) = layer.weight.dim();
         let width_in = if first { inputs } else { features * inputs };
         let width_out = features * outputs;
-        let stride_out = width_out.next_multiple_of(lanes().max(BLOCK));
+        let stride_out = width_out.next_multiple_of(simd::lanes().max(BLOCK));
         let transposed = if first {
             0
         } else {
@@ -233,7 +236,7 @@ impl Stacked {
                 noise,
                 position: at * length * width,
             };
-            widest(Forward {
+            simd::run_in_registers(Forward {
                 share,
                 layers,
                 activation,
@@ -281,7 +284,7 @@ impl Stacked {
                 noise,
                 position: at * length * width,
             };
-            widest(Backward {
+            simd::run_in_registers(Backward {
                 share,
                 layers,
                 activation,

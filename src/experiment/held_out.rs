@@ -170,7 +170,7 @@ mod tests {
     use crate::{
         belief::{Belief, Evidence, bayes},
         geometry::Pose,
-        localiser::kernel::least_mean_squares,
+        localiser::sensor_model::kernel::least_mean_squares,
         seed::Seed,
     };
     use rand::RngExt;

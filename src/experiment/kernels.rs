@@ -9,7 +9,7 @@ use crate::{
     detector::input::{Input, InputConfig, SectorValue},
     error::Result,
     learning::training_set::covered,
-    localiser::kernel::{KernelModel, least_mean_squares},
+    localiser::sensor_model::kernel::{PreparedKernel, least_mean_squares},
     recording::{
         Recording,
         viewpoint::{Moves, Views},
@@ -42,12 +42,12 @@ pub(super) fn kernels(
         ..context.model.header.recipe.input.clone()
     };
     let input = Input::fit(&config, &source.recording, &source.training)?.with_common_scale();
-    let of_school = input.of(&source.recording)?;
+    let of_school = input.transform(&source.recording)?;
     let recorded = of_school.select(Axis(0), &source.training);
     let queries = Queries {
         of_school,
         unseen: input
-            .of(context.parts.run)?
+            .transform(context.parts.run)?
             .select(Axis(0), &context.parts.unseen),
     };
 
@@ -58,7 +58,7 @@ pub(super) fn kernels(
         for view in 0..VIEWS {
             let mut random = context.seed.numbered_stream("moved views", view as u64);
             let moved = drawing.drawn(&source.training, &Moves::default(), &mut random)?;
-            views.push(input.of(&moved)?);
+            views.push(input.transform(&moved)?);
         }
         all.push(Method {
             name: "kernel_views",
@@ -106,7 +106,13 @@ impl Queries {
         let bandwidth = tuned(Uncertainty::Global);
         let chance = model.header.recipe.map.unmodelled_probability;
         let values: usize = views.iter().map(Array2::ncols).sum();
-        let sensor = KernelModel::new(parts.unseen.clone(), square, cells, bandwidth, chance);
+        let sensor = PreparedKernel::new(
+            parts.unseen.clone(),
+            square,
+            cells.into(),
+            bandwidth,
+            chance,
+        );
         Ok(Method {
             name: "kernel",
             title: "raw-scan kernel".into(),

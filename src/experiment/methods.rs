@@ -10,7 +10,7 @@ use crate::{
     error::{Error, Result},
     geometry::Pose,
     learning::{error_reduction::ErrorReduction, objective::MOST_FEATURES, training_set::covered},
-    localiser::{SensorModel, features::FeatureModel},
+    localiser::{PreparedSensorModel, sensor_model::PreparedFeatures},
     model::Model,
     recording::Recording,
     seed::Seed,
@@ -191,7 +191,7 @@ pub struct Method {
     /// Error reduction of one snapshot on the unseen part, under the priors asked for.
     pub held_out: Vec<ErrorReduction>,
     /// Likelihood of every cell; `None`: odometry alone.
-    pub sensor: Option<Box<dyn SensorModel>>,
+    pub sensor: Option<Box<dyn PreparedSensorModel>>,
 }
 
 /// Everything that does not depend on the method.
@@ -312,7 +312,7 @@ impl BaselineContext<'_> {
         (answers, map, evidence): (Array2<f32>, FeatureMap, Evidence),
     ) -> Result<Method> {
         let held_out = self.judge(&answers, &map, evidence)?;
-        let sensor = FeatureModel::new(&answers, map.from_neighbours(cells)?, evidence);
+        let sensor = PreparedFeatures::new(&answers, map.from_neighbours(cells)?.into(), evidence);
         Ok(Method {
             name,
             title,

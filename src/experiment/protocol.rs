@@ -52,9 +52,9 @@ pub enum Truth {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ProtocolConfig {
-    /// Who maps.
+    /// Which part of a recording is learned from.
     pub mapping: Mapping,
-    /// What is true.
+    /// What counts as the true place.
     pub truth: Truth,
     /// The stretches of `mapping = "split"`; its validation part maps too.
     pub split: SplitConfig,

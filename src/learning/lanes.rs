@@ -1,11 +1,9 @@
-//! Sixteen numbers side by side, and the widest vectors that the machine has for them.
+//! Sixteen numbers side by side.
 //!
 //! The objective does the same to every outcome f, so outcomes lie side by side in rows of [`LANES`] numbers: one
-//! register of sixteen `f32` with AVX-512, two with AVX2, four elsewhere. A [`Kernel`] is written once as plain loops
-//! over such rows, and [`Vectors::run`] calls the copy compiled for this machine. No kernel asks for fused multiply-add,
-//! so every copy gives the same bits.
+//! register of sixteen `f32` with AVX-512, two with AVX2, four elsewhere. [Kernels](crate::simd::Kernel) are plain loops
+//! over such rows.
 
-use macerator::{AutoArch, Simd, WithSimd};
 use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, Sub};
 
 /// Numbers in a row.
@@ -58,19 +56,19 @@ pub trait Real:
     /// 1.
     const ONE: Self;
     /// Rounded to this precision.
-    fn of(value: f64) -> Self;
+    fn from_f64(value: f64) -> Self;
     /// As `f64`, exactly.
-    fn wide(self) -> f64;
+    fn to_f64(self) -> f64;
     /// A row rounded to this precision.
     #[inline(always)]
     #[expect(
         private_interfaces,
         reason = "nobody outside calls it: the trait is sealed"
     )]
-    fn row_of(row: &Lanes<f64>) -> Lanes<Self> {
+    fn rounded(row: &Lanes<f64>) -> Lanes<Self> {
         let mut out = Lanes::all(Self::default());
         for l in 0..LANES {
-            out[l] = Self::of(row[l]);
+            out[l] = Self::from_f64(row[l]);
         }
         out
     }
@@ -79,11 +77,11 @@ pub trait Real:
 impl Real for f32 {
     const ONE: Self = 1.0;
     #[inline(always)]
-    fn of(value: f64) -> Self {
+    fn from_f64(value: f64) -> Self {
         value as f32
     }
     #[inline(always)]
-    fn wide(self) -> f64 {
+    fn to_f64(self) -> f64 {
         f64::from(self)
     }
 }
@@ -91,11 +89,11 @@ impl Real for f32 {
 impl Real for f64 {
     const ONE: Self = 1.0;
     #[inline(always)]
-    fn of(value: f64) -> Self {
+    fn from_f64(value: f64) -> Self {
         value
     }
     #[inline(always)]
-    fn wide(self) -> f64 {
+    fn to_f64(self) -> f64 {
         self
     }
 }
@@ -125,50 +123,6 @@ pub(super) fn total<T: Real>(row: &Lanes<T>) -> T {
         four[l] = eight[l] + eight[l + 4];
     }
     (four[0] + four[2]) + (four[1] + four[3])
-}
-
-/// Work that is compiled once for every kind of vectors.
-///
-/// `run`, and all it calls in its inner loops, must be `#[inline(always)]`: what isn't inlined runs without vectors. A
-/// closure can't be, so kernels are structures.
-pub(super) trait Kernel {
-    type Output;
-    fn run(self) -> Self::Output;
-}
-
-/// A kernel as `macerator` takes it.
-struct Compiled<K>(K);
-
-impl<K: Kernel> WithSimd for Compiled<K> {
-    type Output = K::Output;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self) -> K::Output {
-        self.0.run()
-    }
-}
-
-/// Which copy of a kernel runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Vectors {
-    /// The one for the best instructions found on this machine: AVX-512, AVX2, SSE 4.2, NEON or none of them.
-    Best,
-    /// The one that runs everywhere.
-    #[cfg_attr(
-        not(test),
-        expect(dead_code, reason = "what the best is tested against")
-    )]
-    Portable,
-}
-
-impl Vectors {
-    /// Runs a kernel.
-    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
-        match self {
-            Vectors::Best => AutoArch::new().dispatch(Compiled(kernel)),
-            Vectors::Portable => kernel.run(),
-        }
-    }
 }
 
 #[cfg(test)]

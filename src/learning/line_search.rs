@@ -7,7 +7,7 @@ use crate::error::Result;
 const PROMISED: f64 = 0.1;
 /// The search ends where it would change the length by less than this share.
 const NEAR_ENOUGH: f64 = 0.2;
-/// Most places looked at.
+/// Most points tried.
 const MOST_TRIES: usize = 10;
 /// A length grows by at most this from one try to the next, and shrinks by at most its inverse.
 const STRETCH: f64 = 10.0;

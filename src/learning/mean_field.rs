@@ -12,7 +12,7 @@
 //!
 //! It is what [mean-field evidence](crate::belief::Evidence::MeanField) does to a uniform belief, and equals the exact
 //! objective (Thrun 1998, eq. 42) where every g is 0 or 1. Cost: truths × candidates × n, no more for 256 features than
-//! 2^n would ask for eight.
+//! 2^n would cost for eight.
 
 use super::objective::Evaluation;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, ArrayViewMut2, Axis};
@@ -51,7 +51,7 @@ pub fn evaluate(
     map: ArrayView2<f32>,
     weight: ArrayView1<f64>,
 ) -> Evaluation<f32> {
-    let map = LogMap::of(map);
+    let map = LogMap::new(map);
     let mut slope = Array2::<f32>::zeros((truth.nrows(), map.m.nrows())); // R: [truth, candidate]
     let mut truth_gradient = Array2::<f32>::zeros(truth.raw_dim());
     let mut error_m = vec![0.0; truth.nrows()];
@@ -62,7 +62,7 @@ pub fn evaluate(
         .zip(error_m.par_chunks_mut(ROWS))
         .enumerate()
         .for_each(|(block, ((slope, mut gradient), error_m))| {
-            let slope = map.descend(priors, truth, weight, block * ROWS, slope, error_m);
+            let slope = map.expected_errors(priors, truth, weight, block * ROWS, slope, error_m);
             gradient.assign(&slope.dot(&map.log_odds));
         });
     let mut map_gradient = Array2::<f32>::zeros(map.m.raw_dim());
@@ -97,12 +97,12 @@ pub fn error_m(
     map: ArrayView2<f32>,
     weight: ArrayView1<f64>,
 ) -> f64 {
-    let map = LogMap::of(map);
+    let map = LogMap::new(map);
     let mut error_m = vec![0.0; truth.nrows()];
     let blocks = error_m.par_chunks_mut(ROWS).enumerate();
     blocks.for_each(|(block, error_m)| {
         let mut slope = Array2::zeros((error_m.len(), map.m.nrows()));
-        map.descend(
+        map.expected_errors(
             priors,
             truth,
             weight,
@@ -118,7 +118,7 @@ fn weighted(error_m: ArrayView1<f64>, weight: ArrayView1<f64>) -> f64 {
     error_m.iter().zip(weight).map(|(e, w)| e * w).sum()
 }
 
-/// A map as the log-likelihood wants it.
+/// The logarithms of a map that the log-likelihood needs.
 struct LogMap {
     /// m, kept off 0 and 1: `[candidate, feature]`.
     m: Array2<f32>,
@@ -129,7 +129,7 @@ struct LogMap {
 }
 
 impl LogMap {
-    fn of(map: ArrayView2<f32>) -> Self {
+    fn new(map: ArrayView2<f32>) -> Self {
         let m = map.mapv(|m| m.clamp(SMALLEST_PROBABILITY, 1.0 - SMALLEST_PROBABILITY));
         let off = m.mapv(|m| (-m).ln_1p());
         Self {
@@ -140,7 +140,7 @@ impl LogMap {
     }
 
     /// A block of truths, counted from `from`: fills their rows of R and their expected errors.
-    fn descend<'a>(
+    fn expected_errors<'a>(
         &self,
         priors: &Priors,
         truth: ArrayView2<f32>,
@@ -156,14 +156,14 @@ impl LogMap {
             let row = from + row;
             // A row of an array in standard layout is a slice.
             let slope = slope.as_slice_mut().unwrap_or_default();
-            *error_m = descend(&priors.errors_m(row), weight[row], slope);
+            *error_m = expected_error(&priors.errors_m(row), weight[row], slope);
         }
         slope
     }
 }
 
 /// One truth: from the row L to the row R, in place; returns its expected error in metres.
-fn descend(errors_m: &[f32], weight: f64, row: &mut [f32]) -> f64 {
+fn expected_error(errors_m: &[f32], weight: f64, row: &mut [f32]) -> f64 {
     // Highest among the admitted only: else all of a narrow window may underflow.
     let admitted = row
         .iter()

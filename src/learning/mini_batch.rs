@@ -54,7 +54,10 @@ impl MiniBatch {
 
         let seen = training_set.seen_from_beside(&recipe.augmentation, &truths, &mut random)?;
         let (truth_inputs, truth_places) = match &seen {
-            Some(recording) => (training_set.input.of(recording)?, Places::of(recording)),
+            Some(recording) => (
+                training_set.input.transform(recording)?,
+                Places::of(recording),
+            ),
             None => (
                 training_set.inputs.select(Axis(0), &truths),
                 training_set.places.select(&truths),

@@ -1,4 +1,4 @@
-//! One step down the gradient, with a state that can be written down and taken up again to the bit.
+//! One step down the gradient, with a state that can be saved and restored to the bit.
 
 mod in_place;
 
@@ -20,7 +20,7 @@ const MOMENTUM: f64 = 0.9;
 /// is no slope left to follow.
 const FARTHEST: f64 = 1.0;
 
-/// What a parameter remembers of its past gradients.
+/// The state that a parameter keeps of its past gradients.
 #[derive(Debug, Clone)]
 pub enum Memory {
     /// First and second moment.

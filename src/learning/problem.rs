@@ -207,7 +207,8 @@ impl Problem {
         };
         let candidate_gradient = match with_map {
             true => {
-                self.smoothing.back(e.map_gradient.view(), behind_map);
+                self.smoothing
+                    .apply_transpose(e.map_gradient.view(), behind_map);
                 behind_map.view()
             }
             false => e.map_gradient.view(),

@@ -113,9 +113,9 @@ pub enum Scale {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Schedule {
-    /// It doesn't.
+    /// The same length at every step.
     Constant,
-    /// Grows over the first steps, then falls along a half cosine to nearly nothing at the last.
+    /// It grows over the first 20 steps, then falls along a half cosine to 2 % at the last.
     Cosine,
 }
 

@@ -32,7 +32,7 @@ pub struct Smoothing {
     near: Lists,
     /// The places whose map a snapshot is part of.
     far: Lists,
-    /// What a snapshot counts for in the map of a place.
+    /// Weight of a snapshot in the map of a place.
     share: f32,
     /// The map where no snapshot answers.
     floor: f32,
@@ -49,9 +49,9 @@ impl Smoothing {
             ..config.nearness.clone()
         };
         let neighbours = Neighbours::find(places, places, &nearness)?;
-        let near = Lists::of(&neighbours);
+        let near = Lists::new(&neighbours);
         Ok(Self {
-            far: near.turned(),
+            far: near.transposed(),
             near,
             share: ((1.0 - config.unmodelled_probability) / neighbours.k() as f64) as f32,
             floor: (0.5 * config.unmodelled_probability) as f32,
@@ -74,7 +74,7 @@ impl Smoothing {
     }
 
     /// The transpose: from ∂E/∂map to ∂E/∂activation.
-    pub fn back(&self, gradient: ArrayView2<f32>, out: &mut Array2<f32>) {
+    pub fn apply_transpose(&self, gradient: ArrayView2<f32>, out: &mut Array2<f32>) {
         self.far.sums(gradient, self.share, 0.0, out);
     }
 }
@@ -86,7 +86,7 @@ struct Lists {
 }
 
 impl Lists {
-    fn of(neighbours: &Neighbours) -> Self {
+    fn new(neighbours: &Neighbours) -> Self {
         let all = 0..neighbours.len();
         Self {
             start: (0..=neighbours.len())
@@ -108,7 +108,7 @@ impl Lists {
     }
 
     /// The same pairs from the other end, each list ascending.
-    fn turned(&self) -> Self {
+    fn transposed(&self) -> Self {
         let mut start = vec![0; self.rows() + 1];
         for &other in &self.index {
             start[other as usize + 1] += 1;
@@ -128,14 +128,14 @@ impl Lists {
     }
 
     /// `share` · Σ over each row's list + `floor`, `[row, feature]`.
-    fn sums(&self, of: ArrayView2<f32>, share: f32, floor: f32, out: &mut Array2<f32>) {
-        let n = of.ncols();
+    fn sums(&self, input: ArrayView2<f32>, share: f32, floor: f32, out: &mut Array2<f32>) {
+        let n = input.ncols();
         if out.dim() != (self.rows(), n) {
             *out = Array2::zeros((self.rows(), n));
         }
-        let of = of.as_standard_layout();
+        let input = input.as_standard_layout();
         // A standard layout is a slice.
-        let of = of.as_slice().unwrap_or_default();
+        let input = input.as_slice().unwrap_or_default();
         let rows = out.as_slice_mut().unwrap_or_default();
         let chunks = rows.par_chunks_mut((ROWS * n).max(1)).enumerate();
         chunks.for_each(|(chunk, rows)| {
@@ -144,10 +144,10 @@ impl Lists {
                 let (beside, rest) = out.as_chunks_mut::<BESIDE>();
                 let summed = n - rest.len();
                 for (column, out) in beside.iter_mut().enumerate() {
-                    *out = sum(list, &of[column * BESIDE..], n).map(|sum| share * sum + floor);
+                    *out = sum(list, &input[column * BESIDE..], n).map(|sum| share * sum + floor);
                 }
                 for (column, out) in rest.iter_mut().enumerate() {
-                    let [sum] = sum(list, &of[summed + column..], n);
+                    let [sum] = sum(list, &input[summed + column..], n);
                     *out = share * sum + floor;
                 }
             }
@@ -188,7 +188,7 @@ mod tests {
             let (g, slope) = (draw(), draw());
             let (mut map, mut back) = (Array2::default((0, 0)), Array2::default((0, 0)));
             smoothing.apply(g.view(), &mut map);
-            smoothing.back(slope.view(), &mut back);
+            smoothing.apply_transpose(slope.view(), &mut back);
             let mut expected = Array2::<f64>::zeros(g.raw_dim());
             for place in 0..700 {
                 for feature in 0..n {

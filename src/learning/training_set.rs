@@ -60,7 +60,7 @@ impl<'a> TrainingSet<'a> {
         let places = all_places.select(&split.train);
         recipe.map.nearness.check(places.len())?;
         let input = Input::fit(&recipe.input, recording, &split.train)?;
-        let all_inputs = input.of(recording)?;
+        let all_inputs = input.transform(recording)?;
         let truths = evenly(places.len(), most_judged(recipe));
         let problem = Problem::reported(recipe, &places.select(&truths), &places)?;
         if problem.window_sizes().iter().all(|&size| size < 2) {

@@ -12,7 +12,10 @@ mod frame;
 mod player;
 mod saved;
 
-use super::{Learn, Localiser, Player};
+use super::{
+    Learn, Localiser, Player,
+    sensor_model::{Compass, Independent},
+};
 use crate::{
     belief::{
         Evidence, FeatureMap, Grid, GridConfig, MapConfig, OdometryMotion, Places,
@@ -77,16 +80,8 @@ impl BayesConfig {
         if let Some(motion) = &self.motion {
             motion.clone().checked()?;
         }
-        check_compass_sd(self.compass_sd_rad)
-    }
-}
-
-fn check_compass_sd(sd_rad: f64) -> Result<()> {
-    match sd_rad.is_finite() && sd_rad > 1e-6 {
-        true => Ok(()),
-        false => Err(Error::usage(format!(
-            "bayes.compass_sd_rad = {sd_rad}: expected radians, above 1e-6"
-        ))),
+        let compass = Compass::new(0.0, self.compass_sd_rad);
+        compass.map(|_| ()).map_err(|e| e.context("bayes"))
     }
 }
 
@@ -174,7 +169,7 @@ pub struct Bayes {
     compass_sd_rad: f64,
     /// What is added to a compass heading to make it one of the map; none where the mapping part has no compass.
     compass_zero_rad: Option<f64>,
-    map: FeatureMap,
+    sensor: Arc<Independent>,
     grid: Arc<Grid>,
     /// Where the sites of the grid are in the plane, `[site]`: the cells of one heading.
     sites: Vec<[f64; 2]>,
@@ -242,9 +237,9 @@ impl Localiser for Bayes {
     fn prepare<'a>(
         &'a self,
         recording: &'a Recording,
-        _: &[usize],
+        snapshots: &[usize],
     ) -> Result<Box<dyn Player + 'a>> {
-        Ok(Box::new(player::Filter::new(self, recording)?))
+        Ok(Box::new(player::Filter::new(self, recording, snapshots)?))
     }
 }
 

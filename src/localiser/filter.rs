@@ -1,5 +1,6 @@
 //! The Bayes filter at work on a run: odometry moves the belief, what the sensors say corrects it.
 
+use super::PreparedSensorModel;
 use crate::{
     belief::{Bayes, Belief, Grid, OdometryMotion},
     error::Result,
@@ -8,25 +9,10 @@ use crate::{
 };
 use std::sync::Arc;
 
-/// What a snapshot says about every cell of a grid. Prepared once for a recording's observations, then asked for each.
-pub trait SensorModel: Sync {
-    /// ln P(snapshot | cell) at every cell, up to a constant. `belief` is the belief before, which some evidence needs;
-    /// `stream` is there for evidence that is drawn.
-    ///
-    /// # Errors
-    /// Where the belief is not about the cells that the model was prepared for.
-    fn log_likelihood(
-        &self,
-        snapshot: usize,
-        belief: &Belief,
-        stream: &mut Stream,
-    ) -> Result<Vec<f64>>;
-}
-
 /// The Bayes filter with a sensor model: Thrun (1998), Table 1, driven by the odometry of a run.
 pub struct BayesLocaliser<'a> {
     filter: Bayes,
-    sensor: Option<&'a dyn SensorModel>,
+    sensor: Option<&'a dyn PreparedSensorModel>,
     stream: Stream,
     last: Option<crate::geometry::Pose>,
 }
@@ -40,7 +26,7 @@ impl<'a> BayesLocaliser<'a> {
         grid: &Arc<Grid>,
         motion: &OdometryMotion,
         start: Belief,
-        sensor: Option<&'a dyn SensorModel>,
+        sensor: Option<&'a dyn PreparedSensorModel>,
         stream: Stream,
     ) -> Result<Self> {
         Ok(Self {

@@ -22,21 +22,26 @@
 //! ```
 //!
 //! A new localiser is one file, which implements [`Localiser`] and [`Learn`], and one line in the registry below.
+//!
+//! A [`LiveLocaliser`] is for a robot that drives now, without a recording. What sensors say about the place is a
+//! [`SensorModel`], the same for both.
 
 pub mod bayes;
 pub mod codes;
 pub mod dead_reckoning;
 pub mod evidence_based;
-pub mod features;
 mod filter;
-pub mod kernel;
 pub mod landmark_classifier;
+pub mod live;
 pub mod local_grid;
 pub mod memoryless;
 pub mod place_map;
 mod prepared;
+pub mod sensor_model;
 
-pub use filter::{BayesLocaliser, SensorModel};
+pub use filter::BayesLocaliser;
+pub use live::{LiveConfig, LiveLocaliser};
+pub use sensor_model::{PreparedSensorModel, SensorModel};
 
 use crate::{
     error::Result,

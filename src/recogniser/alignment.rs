@@ -12,10 +12,8 @@
 //! where it must beat other places; one plain hill climb from the middle takes 390 µs, and the climbs from every fourth cell that
 //! find the same 40 ms.
 
-use super::{
-    occupancy::{CELLS, State, States},
-    vectors::{Kernel, widest},
-};
+use super::occupancy::{CELLS, State, States};
+use crate::simd::{self, Kernel};
 
 const SIDE: i32 = CELLS as i32;
 const ALL: i32 = SIDE * SIDE;
@@ -165,7 +163,7 @@ impl SoughtGrid {
                 align(self.0, self.1, self.2)
             }
         }
-        widest(Align(self, stored, least))
+        simd::run(Align(self, stored, least))
     }
 
     /// [`hill_climb`] on bit planes: the same ascent, to the same end.
@@ -180,7 +178,7 @@ impl SoughtGrid {
                 climb(start, sought.reach, &Planes(stored, sought))
             }
         }
-        widest(Climb(self, stored, start))
+        simd::run(Climb(self, stored, start))
     }
 }
 

@@ -40,7 +40,6 @@ pub mod occupancy;
 mod prototypes;
 pub mod rce;
 pub mod signature;
-mod vectors;
 
 use crate::{
     error::Result,

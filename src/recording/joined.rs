@@ -31,7 +31,7 @@ impl Recording {
         };
         let mut parts = vec![joined.dataset_sha256.clone()];
         for (i, next) in all.enumerate() {
-            check(&joined, &next).map_err(|fault| {
+            check(&joined, &next, "the first").map_err(|fault| {
                 Error::work(format!(
                     "recording {} of those to be joined: {fault}",
                     i + 2
@@ -49,29 +49,33 @@ impl Recording {
     }
 }
 
-/// What keeps two recordings from being joined.
-fn check(first: &Columns, next: &Columns) -> std::result::Result<(), String> {
-    let but_maximum = |channels: &[Channel]| -> Vec<Channel> {
-        let without = |c: &Channel| Channel {
-            maximum: None,
-            ..c.clone()
-        };
-        channels.iter().map(without).collect()
-    };
-    let told = |channels: &[Channel]| {
-        let each = channels
-            .iter()
-            .map(|c| format!("`{}` ({} values in {})", c.name, c.width, c.unit));
-        each.collect::<Vec<_>>().join(", ")
-    };
-    if but_maximum(&first.channels) != but_maximum(&next.channels) {
+/// What keeps a recording from being joined to the first one, which `first_name` stands for.
+pub(super) fn check(
+    first: &Columns,
+    next: &Columns,
+    first_name: &str,
+) -> std::result::Result<(), String> {
+    let kind = |c: &Channel| (c.name.clone(), c.width, c.unit.clone());
+    if !first
+        .channels
+        .iter()
+        .map(kind)
+        .eq(next.channels.iter().map(kind))
+    {
         return Err(format!(
-            "its channels are {}; expected those of the first, {}, with the same bearings",
-            told(&next.channels),
-            told(&first.channels)
+            "channels {}; expected those of {first_name}: {}",
+            listed(&next.channels),
+            listed(&first.channels)
         ));
     }
-    for (what, first, next) in [
+    let mut pairs = first.channels.iter().zip(&next.channels);
+    if let Some((channel, _)) = pairs.find(|(a, b)| a.bearing_rad != b.bearing_rad) {
+        return Err(format!(
+            "channel `{}`: its bearings differ from those of {first_name}; expected the same",
+            channel.name
+        ));
+    }
+    for (what, in_first, in_next) in [
         (
             "a compass",
             first.compass_rad.is_some(),
@@ -79,13 +83,24 @@ fn check(first: &Columns, next: &Columns) -> std::result::Result<(), String> {
         ),
         ("a route", first.route_m.is_some(), next.route_m.is_some()),
     ] {
-        if first != next {
+        if in_first != in_next {
+            let only = match in_next {
+                true => format!("here and not in {first_name}"),
+                false => format!("in {first_name} and not here"),
+            };
             return Err(format!(
-                "{what} in some of them only; expected it in all or in none"
+                "{what} {only}; expected it in all recordings or in none"
             ));
         }
     }
     Ok(())
+}
+
+fn listed(channels: &[Channel]) -> String {
+    let each = channels
+        .iter()
+        .map(|c| format!("`{}` ({} values in {})", c.name, c.width, c.unit));
+    each.collect::<Vec<_>>().join(", ")
 }
 
 fn append(joined: &mut Columns, next: Columns) -> Result<()> {
@@ -172,7 +187,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_named() {
-        let told = |change: &dyn Fn(&mut Columns)| {
+        let refused = |change: &dyn Fn(&mut Columns)| {
             let mut columns = recording(0.5).into_columns();
             change(&mut columns);
             let other = Recording::new(columns).unwrap();
@@ -180,13 +195,18 @@ mod tests {
                 .unwrap_err()
                 .to_string()
         };
-        let route = told(&|c| c.route_m = None);
+        let route = refused(&|c| c.route_m = None);
         assert!(
-            route.contains("recording 2") && route.contains("a route in some"),
+            route.contains("recording 2") && route.contains("a route in the first and not here"),
             "{route}"
         );
-        let channel = told(&|c| c.channels[0].name = "other".into());
+        let channel = refused(&|c| c.channels[0].name = "other".into());
         assert!(channel.contains("`other`") && channel.contains("expected those of the first"));
+        let bearings = refused(&|c| c.channels[0].bearing_rad = Some(vec![0.0, 1.5]));
+        assert!(
+            bearings.contains("`laser`: its bearings differ"),
+            "{bearings}"
+        );
         assert!(Recording::joined(Vec::new()).is_err());
     }
 }

@@ -1,10 +1,10 @@
 //! What a robot saw: snapshots of its sensors, each with the place it was taken at, in one or several runs.
 
 pub mod account;
-pub mod carmen;
 pub mod compressed;
-pub mod csv;
+pub mod format;
 pub mod image;
+pub mod import;
 mod joined;
 pub mod log;
 pub mod npz;
@@ -39,9 +39,11 @@ pub struct Channel {
 /// What a localiser may see of a snapshot: everything but the truth.
 #[derive(Debug, Clone, Copy)]
 pub struct Observation<'a> {
+    /// The sensors whose values these are, in their order.
+    pub channels: &'a [Channel],
     /// Time in seconds, on the recording's own clock.
     pub stamp_s: f64,
-    /// All channels side by side, in the recording's order, `[value]`; NaN = no return.
+    /// All channels side by side, in the order of `channels`, `[value]`; NaN = no return.
     pub values: ArrayView1<'a, f32>,
     /// Dead-reckoned pose since some start: only differences between two of one run mean anything.
     pub odometry: Pose,
@@ -49,7 +51,45 @@ pub struct Observation<'a> {
     pub compass_rad: Option<f64>,
 }
 
-impl Observation<'_> {
+impl<'a> Observation<'a> {
+    /// What a robot senses now: the raw values of all its `channels` side by side (NaN = no return), the time in seconds, and
+    /// the pose that odometry has reckoned so far. Without a compass; set `compass_rad` where there is one.
+    ///
+    /// ```
+    /// use ballmark::{geometry::Pose, recording::{Channel, Observation}};
+    /// let sonar = Channel { name: "sonar".into(), width: 2, unit: "m".into(), bearing_rad: None, maximum: Some(5.0) };
+    /// let channels = [sonar];
+    /// let observation = Observation::new(&channels, &[1.5, f32::NAN], 12.0, Pose::new(3.0, 0.0, 0.1))?;
+    /// assert_eq!(observation.values[0], 1.5);
+    /// let error = Observation::new(&channels, &[1.5], 12.0, Pose::default()).unwrap_err();
+    /// assert_eq!(error.to_string(), "observation: 1 value; expected 2, those of `sonar` (2)");
+    /// # Ok::<(), ballmark::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Where the channels have another number of values, or stamp or odometry is not finite.
+    pub fn new(
+        channels: &'a [Channel],
+        values: &'a [f32],
+        stamp_s: f64,
+        odometry: Pose,
+    ) -> Result<Self> {
+        let values = ArrayView1::from(values);
+        check_width(channels, values.len()).map_err(|e| e.context("observation"))?;
+        if !(stamp_s.is_finite() && odometry.is_finite()) {
+            return Err(Error::work(format!(
+                "observation: stamp {stamp_s} s, odometry {odometry:?}; expected finite numbers"
+            )));
+        }
+        Ok(Self {
+            channels,
+            stamp_s,
+            values,
+            odometry,
+            compass_rad: None,
+        })
+    }
+
     /// The way from here to `next`, of the same run, as odometry has it but with north from the compass: metres along x and y
     /// of the frame that the compass counts its headings in. `None` without a compass.
     ///
@@ -61,7 +101,7 @@ impl Observation<'_> {
     /// ```
     /// use ballmark::{geometry::Pose, recording::Observation};
     /// let nothing = ndarray::Array1::zeros(0);
-    /// let at = |odometry, compass_rad| Observation { stamp_s: 0.0, values: nothing.view(), odometry, compass_rad };
+    /// let at = |odometry, compass_rad| Observation { channels: &[], stamp_s: 0.0, values: nothing.view(), odometry, compass_rad };
     /// // Odometry has long lost its heading and believes to have gone east; the compass says that the robot faced north.
     /// let (from, to) = (Pose::new(4.0, 1.0, 0.0), Pose::new(6.0, 1.0, 0.3));
     /// let north = Some(std::f64::consts::FRAC_PI_2);
@@ -75,6 +115,26 @@ impl Observation<'_> {
         let there = facing.after(moved);
         Some([there.x_m, there.y_m])
     }
+}
+
+/// Are there as many values in a snapshot as its channels say?
+///
+/// # Errors
+/// Where there are more or fewer; the message says how many each channel has.
+pub(crate) fn check_width(channels: &[Channel], values: usize) -> Result<()> {
+    let expected: usize = channels.iter().map(|channel| channel.width).sum();
+    if values == expected {
+        return Ok(());
+    }
+    let plural = if values == 1 { "" } else { "s" };
+    let widths: Vec<String> = channels
+        .iter()
+        .map(|channel| format!("`{}` ({})", channel.name, channel.width))
+        .collect();
+    Err(Error::work(format!(
+        "{values} value{plural}; expected {expected}, those of {}",
+        widths.join(", ")
+    )))
 }
 
 /// An observation together with the place where it was made.
@@ -279,6 +339,7 @@ impl Recording {
     pub fn observation(&self, index: usize) -> Observation<'_> {
         let c = &self.columns;
         Observation {
+            channels: &c.channels,
             stamp_s: c.stamp_s[index],
             values: c.values.row(index),
             odometry: c.odometry[index],
@@ -322,6 +383,14 @@ impl Recording {
             }
         }
         travelled
+    }
+
+    /// Metres travelled in all runs together, by the true poses.
+    pub fn path_m(&self) -> f64 {
+        let travelled_m = self.travelled_m();
+        let ends = self.runs().into_iter().map(|run| run.end - 1);
+        // Added to 0, not -0 which an empty sum of floats starts from.
+        ends.fold(0.0, |sum, end| sum + travelled_m[end])
     }
 
     /// The recording made of some of the snapshots, in the order given.

@@ -14,8 +14,9 @@
 //!
 //! Infinite readings and those of 0 or less are never a distance.
 
+use super::Columns;
 use crate::geometry::Pose;
-use ndarray::{ArrayView2, ArrayViewMut2};
+use ndarray::{ArrayView2, ArrayViewMut2, Axis};
 use std::collections::BTreeSet;
 
 /// Width of the band of farthest readings, as a share of the farthest.
@@ -128,6 +129,20 @@ fn seen_from_places(readings: ArrayView2<f32>, poses: &[Pose], limit: f32) -> bo
         }
     }
     false
+}
+
+/// Makes a maximum hold for all channels in metres: readings from it on become "no return".
+pub(super) fn limit_channels_in_metres(columns: &mut Columns, maximum_m: f64) {
+    let mut first = 0;
+    for channel in &mut columns.channels {
+        let end = first + channel.width;
+        if channel.unit == "m" {
+            let values = columns.values.slice_axis_mut(Axis(1), (first..end).into());
+            blank_no_returns(values, Some(maximum_m));
+            channel.maximum = Some(maximum_m);
+        }
+        first = end;
+    }
 }
 
 #[cfg(test)]

@@ -11,9 +11,11 @@ mod price;
 pub mod reproduction;
 mod scatter;
 mod table;
+mod verdict;
 
 pub use plan::{Plan, PlanLine, plan_plot};
 pub use plot::{Curve, Panel, Trace, category_plot, framed_plot, line_plot, stacked_plot};
 pub use price::{Priced, price_plot};
 pub use scatter::scatter_plot;
 pub use table::{Cell, Table};
+pub use verdict::verdict_tables;

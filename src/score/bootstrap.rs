@@ -1,7 +1,7 @@
 //! How far the corrected coefficient of another sample of trials may differ: a bootstrap interval.
 
 use super::{
-    contingency::{ByLocation, Contingency},
+    contingency::{ByLocation, Contingency, Ordinals, ordinal},
     correction::corrected_coefficient,
 };
 use crate::seed::Seed;
@@ -27,8 +27,8 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// The interval from `resamples` drawings of units; `unit_of[k]`, in 0..units, is the unit of the k-th data point
-    /// recorded. `None` where there are fewer than two units or the coefficient is undefined, of the table or of more
+    /// The interval from `resamples` drawings of units; `unit_of[k]` is the unit of the k-th data point
+    /// recorded, any number that the points of one unit share. `None` where there are fewer than two units or the coefficient is undefined, of the table or of more
     /// than half of the drawings.
     ///
     /// The drawings come from numbered streams of `seed`: the result is the same for any number of threads.
@@ -61,7 +61,7 @@ impl Interval {
         resamples: u64,
         seed: Seed,
     ) -> Option<Self> {
-        let units = unit_of.iter().max().map_or(0, |&last| last + 1);
+        let (units, unit_of) = numbered_from_zero(unit_of);
         if units < 2 || tables.iter().any(|table| unit_of.len() != table.len()) {
             return None;
         }
@@ -113,6 +113,17 @@ fn mean_coefficient(points: &[ByLocation], weight: impl Fn(usize) -> u64) -> Opt
         .flatten()
         .fold((0.0, 0.0), |(sum, n), c| (sum + c, n + 1.0));
     (tables > 0.0).then(|| sum / tables)
+}
+
+/// How many units there are, and the same division into units by numbers from 0 in the order of first appearance: whatever
+/// the units are called, memory and drawings depend on how many there are.
+fn numbered_from_zero(unit_of: &[usize]) -> (usize, Vec<usize>) {
+    let mut numbers = Ordinals::default();
+    let unit_of = unit_of
+        .iter()
+        .map(|unit| ordinal(&mut numbers, *unit))
+        .collect();
+    (numbers.len(), unit_of)
 }
 
 /// Quantile of ascending values, linear between neighbours (Hyndman & Fan 1996, type 7).
@@ -192,6 +203,20 @@ mod tests {
         let width = |interval: Interval| interval.high - interval.low;
         assert!(width(of(&many)) < 0.7 * width(one));
         assert_eq!(Interval::of_mean(&many, &units[1..], 400, Seed(1)), None);
+    }
+
+    /// Numbers of units may have gaps of any width: neither memory nor the interval depends on them.
+    #[test]
+    fn units_may_have_any_numbers() {
+        let mut table = Contingency::new();
+        (0..60).for_each(|k| table.record(k % 3, if k % 5 == 0 { 9 } else { k % 3 }));
+        let units: Vec<usize> = (0..60).map(|k| k / 6).collect();
+        let far: Vec<usize> = units
+            .iter()
+            .map(|unit| usize::MAX - 1_000_003 * unit)
+            .collect();
+        let of = |units: &[usize]| Interval::by_bootstrap(&table, units, 200, Seed(4)).unwrap();
+        assert_eq!(of(&far), of(&units));
     }
 
     #[test]

@@ -65,7 +65,8 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    /// Judges a table. `unit_of[k]` is the trial of the k-th data point, or k itself where every row stands for itself.
+    /// Judges a table. `unit_of[k]` is the trial of the k-th data point, by any number, or k itself where every row stands for
+    /// itself.
     pub fn of<L: Eq + Hash, R: Eq + Hash>(
         table: &Contingency<L, R>,
         unit_of: &[usize],

@@ -1,10 +1,9 @@
 //! Simulated buildings and robots that yield Recordings, which nothing downstream can tell from logged ones.
 //!
-//! Read in this order: a [`FloorPlan`] is made of walls, each of a material; [`wall_line`] puts doors, windows and
-//! side hallways into a wall; [`enclosure`] makes sure that the robot can't get out; a [`Raycaster`] says what a ray
+//! Read in this order: a [`FloorPlan`] is made of walls, each of a material; [`wall_line`] opens doors in a wall; [`enclosure`] makes sure that the robot can't get out; a [`Raycaster`] says what a ray
 //! hits first; along such rays a [`Sonar`] ring hears echoes, an [`Infrared`] ring sees how much light comes back and a
 //! [`Laser`] measures; [`people`] get in their way; a [`Compass`] tells the heading, and [`turret_headings`] how a turret
-//! follows it; a [`Camera`] looks. A [`robot`] drives a [`Route`], follows a wall or visits poses, and dead-reckons;
+//! follows it; a [`Camera`] looks. A [`robot`] [drives](driving) a [`Route`], follows a wall or visits poses, and dead-reckons;
 //! [`building`] reads all of this from a file, walls also from a [`map_server`] map; [`simulation`] lets the robot drive
 //! run after run and records; [`corridor`] is Thrun's 89 metres. [`ExpectedRanges`] turn it round: what a robot with
 //! the plan expects to measure.
@@ -13,7 +12,7 @@ pub mod building;
 pub mod camera;
 pub mod compass;
 pub mod corridor;
-mod echo;
+pub mod driving;
 pub mod enclosure;
 mod expected_ranges;
 pub mod floor_plan;
@@ -56,4 +55,4 @@ pub use sonar::{Sonar, SonarConfig};
 pub use surroundings::Surroundings;
 pub use timed_path::TimedPose;
 pub use turret::turret_headings;
-pub use wall_line::{Opening, OpeningKind, Room, WallLine};
+pub use wall_line::{OpenDoor, Room, WallLine};

@@ -2,22 +2,21 @@
 
 mod config;
 mod crosstalk;
+mod echo;
 mod nearest;
 #[cfg(test)]
 mod tests;
 
 pub use config::SonarConfig;
 
-use super::{
-    Surroundings,
-    echo::{Transducer, nearest_echo_m},
-};
+use super::Surroundings;
 use crate::{
     error::Result,
     geometry::{Pose, wrapped},
     recording::Channel,
 };
 use config::speed_of_sound_m_per_s;
+use echo::{Transducer, nearest_echo_m};
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 use std::f64::consts::TAU;

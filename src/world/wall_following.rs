@@ -6,7 +6,7 @@
 
 use super::{
     Raycaster, RobotConfig,
-    robot::Wander,
+    driving::Wander,
     way::{STEP_M, Way},
 };
 use crate::{

@@ -100,8 +100,8 @@ fn several_logs_become_several_runs() {
         1,
         &[
             "c.csv",
-            "light (1 values",
-            "expected those of a.log: laser (3 values",
+            "`light` (1 values",
+            "expected those of a.log: `laser` (3 values",
         ],
     );
     assert!(!place.path("e.npz").exists());

@@ -132,7 +132,7 @@ fn each_side_is_looked_at_for_itself() {
 }
 
 #[test]
-fn what_is_lacking_is_told() {
+fn missing_sensors_are_reported() {
     let silent = seen(&[([5.0, 1.0, 5.0, NONE], None)]);
     let error = Door::fit(&DoorConfig::default(), &silent, &[0]).unwrap_err();
     assert!(error.to_string().contains("both sides"), "{error}");

@@ -4,7 +4,7 @@
 //! registers, all to whole blocks. So no kernel has a ragged edge. The loops over `ROWS` and `COLUMNS` vanish in compiling:
 //! their sums stay in registers, each number read from `a` is used `COLUMNS` times and each register read `ROWS` times.
 
-use macerator::{AutoArch, Scalar, Simd, Vector, WithSimd};
+use macerator::{Scalar, Simd, Vector};
 use std::array::from_fn;
 
 /// Rows of a product, and of an outer product's result, come in whole blocks of this many.
@@ -13,52 +13,10 @@ pub const BLOCK: usize = 8;
 /// A product's inner dimension comes in whole steps of this many.
 pub const STEP: usize = 4;
 
-/// Something to do with the widest registers of the machine that runs it.
-pub trait Task {
-    /// What comes of it.
-    type Output;
-
-    /// Does it with registers of `L` numbers. Everything within that names `S` must be `#[inline(always)]`, and no closure:
-    /// what is compiled as a function of its own knows of no wide registers, and is ten times as slow.
-    fn run<S: Simd, const L: usize>(self) -> Self::Output;
-}
-
-/// Does a task with AVX-512, AVX2 or what else there is; which is found out at run time.
-pub fn widest<T: Task>(task: T) -> T::Output {
-    struct Chosen<T>(T);
-    impl<T: Task> WithSimd for Chosen<T> {
-        type Output = T::Output;
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self) -> T::Output {
-            match S::lanes32() {
-                16 => self.0.run::<S, 16>(),
-                8 => self.0.run::<S, 8>(),
-                _ => self.0.run::<S, 4>(),
-            }
-        }
-    }
-    AutoArch::new().dispatch(Chosen(task))
-}
-
-/// Numbers that a register of this machine holds.
-pub fn lanes() -> usize {
-    struct Lanes;
-    impl Task for Lanes {
-        type Output = usize;
-
-        #[inline(always)]
-        fn run<S: Simd, const L: usize>(self) -> usize {
-            L
-        }
-    }
-    widest(Lanes)
-}
-
 /// A register of an instruction set.
 pub type Register<S> = Vector<S, f32>;
 
-/// Fills a register. (The cast panics where the sizes differ: [`widest`] sees that they do not.)
+/// Fills a register. (The cast panics where the sizes differ: [`crate::simd`] sees that they do not.)
 #[inline(always)]
 pub fn load<S: Simd, const L: usize>(numbers: &[f32; L]) -> Register<S> {
     bytemuck::cast(*numbers)

@@ -1,10 +1,13 @@
-//! A share of the snapshots: what one thread does with them on the way forward and back, and the room it needs.
+//! A share of the snapshots: what one thread does with them on the way forward and back, and its buffers.
 
 use super::{
     Block, Noise, activation,
-    kernel::{self, BLOCK, Matrix, STEP, Task, lanes},
+    kernel::{self, BLOCK, Matrix, STEP},
 };
-use crate::detector::net::Activation;
+use crate::{
+    detector::net::Activation,
+    simd::{self, RegisterKernel},
+};
 use macerator::Simd;
 use ndarray::{ArrayView2, ArrayViewMut2};
 use std::ops::Range;
@@ -51,7 +54,7 @@ impl Share {
                     vec![0.0; if at == 0 { rows.min(CHUNK) } else { rows } * b.stride_in]
                 })
                 .collect(),
-            outputs: vec![0.0; (rows * features).next_multiple_of(lanes())],
+            outputs: vec![0.0; (rows * features).next_multiple_of(simd::lanes())],
             sums: chunk.clone(),
             slope: chunk.clone(),
             slope_before: chunk,
@@ -70,7 +73,7 @@ pub struct Forward<'a> {
     pub out: ArrayViewMut2<'a, f32>,
 }
 
-impl Task for Forward<'_> {
+impl RegisterKernel for Forward<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -79,15 +82,15 @@ impl Task for Forward<'_> {
         let features = self.out.ncols();
         for start in (0..share.rows).step_by(CHUNK) {
             let rows = start..(start + CHUNK).min(share.rows);
-            let there = self.source.there(rows.clone());
-            if there.is_none() {
+            let in_place = self.source.in_place(rows.clone());
+            if in_place.is_none() {
                 let stride = self.layers[0].stride_in;
                 self.source.read(rows.clone(), stride, &mut share.inputs[0]);
             }
             for (at, block) in self.layers.iter().enumerate() {
                 let stride = block.stride_out;
                 let (before, after) = share.inputs.split_at_mut(at + 1);
-                let inputs = match (at, there) {
+                let inputs = match (at, in_place) {
                     (0, Some(inputs)) => inputs,
                     (0, None) => Matrix::new(&before[0], block.stride_in),
                     _ => Matrix::new(&before[at][rows.start * block.stride_in..], block.stride_in),
@@ -130,9 +133,9 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// The inputs of some rows where they lie, if a product can take them from there.
+    /// The inputs of some rows without copying them, if a product can take them as they are.
     #[inline(always)]
-    fn there(&self, rows: Range<usize>) -> Option<Matrix<'a>> {
+    fn in_place(&self, rows: Range<usize>) -> Option<Matrix<'a>> {
         let fits = self.noise.is_none() && self.width > 0 && self.width.is_multiple_of(STEP);
         let inputs = self
             .inputs
@@ -183,7 +186,7 @@ pub struct Backward<'a> {
     pub slope: ArrayView2<'a, f32>,
 }
 
-impl Task for Backward<'_> {
+impl RegisterKernel for Backward<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -23,7 +23,7 @@ fn numbers(rows: usize, columns: usize, stream: &str) -> Array2<f32> {
 }
 
 /// A network's outputs and gradient by hand in f64, a snapshot, a filter and a unit at a time.
-fn plainly(
+fn by_hand(
     weights: &Weights,
     inputs: ArrayView2<f32>,
     slope: ArrayView2<f32>,
@@ -154,7 +154,7 @@ fn any_shape_has_the_outputs_and_gradient_of_its_networks() {
             let weights = weights(inputs, hidden, features, activation);
             let (rows, slope) = (numbers(k, inputs, "inputs"), numbers(k, features, "slope"));
             let (out, gradient) = stacked(&weights, rows.view(), None, slope.view());
-            let (expected, expected_gradient) = plainly(&weights, rows.view(), slope.view());
+            let (expected, expected_gradient) = by_hand(&weights, rows.view(), slope.view());
             assert_close(
                 out.as_slice().unwrap(),
                 expected.as_slice().unwrap(),
@@ -174,9 +174,9 @@ fn the_gradient_is_that_of_the_outputs() {
     for (at, activation) in ALL.into_iter().enumerate() {
         let mut moved = weights(4, &[3], 2, activation);
         let (rows, slope) = (numbers(9, 4, "inputs"), numbers(9, 2, "slope"));
-        let (_, gradient) = plainly(&moved, rows.view(), slope.view());
+        let (_, gradient) = by_hand(&moved, rows.view(), slope.view());
         let e = |weights: &Weights| {
-            let (out, _) = plainly(weights, rows.view(), slope.view());
+            let (out, _) = by_hand(weights, rows.view(), slope.view());
             (out * slope.mapv(f64::from)).sum()
         };
         let start = moved.layers[0].weight[[1, 2, at]];

@@ -7,7 +7,7 @@ use crate::{
         error_reduction::ErrorReductionConfig, landmarks::LandmarksConfig,
         protocol::ProtocolConfig, recognition::RecognitionConfig, standard::StandardConfig,
     },
-    storage,
+    toml_file::TomlFile,
 };
 use serde::{Deserialize, Serialize};
 use std::{
@@ -108,31 +108,24 @@ impl CompareConfig {
     /// # Errors
     /// Where it can't be read, or as [`CompareConfig::parse`]; the message begins with the file's name.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = String::from_utf8(storage::read_file(path)?).map_err(|_| {
-            Error::usage(format!("{}: not UTF-8 text; expected TOML", path.display()))
-        })?;
-        Self::parse(&text).map_err(|e| e.in_file(path))
+        Self::from_file(&TomlFile::read(path)?)
     }
 
     /// The same from a text.
     ///
     /// # Errors
-    /// A usage error: a key that is unknown or of the wrong type (the message names the line), a system of unknown kind,
-    /// two of one name, nothing to compare, nothing asked.
+    /// A usage error that names the line, as far as one key or table is at fault: a key that is unknown or of the wrong
+    /// type, a value that makes no sense, a system of unknown kind, two of one name, nothing to compare, nothing asked.
     pub fn parse(text: &str) -> Result<Self> {
-        let line = |at: usize| {
-            let before = text.bytes().take(at.min(text.len()));
-            1 + before.filter(|byte| *byte == b'\n').count()
-        };
-        let file: File = toml::from_str(text).map_err(|e| {
-            let at = e.span().map_or(0, |span| span.start);
-            let fault = e.message().replace('\n', " ");
-            Error::usage(format!("line {}: {fault}", line(at)))
-        })?;
+        Self::from_file(&TomlFile::from_text(text))
+    }
+
+    fn from_file(text: &TomlFile) -> Result<Self> {
+        let file: File = text.parse()?;
         let system = file.system.into_iter().map(|keys| {
             let at: BTreeMap<String, usize> = keys
                 .iter()
-                .map(|(key, value)| (key.clone(), line(value.span().start)))
+                .map(|(key, value)| (key.clone(), text.line_at(value.span().start)))
                 .collect();
             let first = at.values().min().copied().unwrap_or(1);
             let keys = keys
@@ -140,7 +133,7 @@ impl CompareConfig {
                 .map(|(key, value)| (key, value.into_inner()));
             SystemConfig::of_table(keys.collect()).map_err(|(key, fault)| {
                 let line = key.and_then(|key| at.get(&key)).unwrap_or(&first);
-                Error::usage(format!("line {line}: [[system]]: {fault}"))
+                text.refusal(*line, format!("[[system]]: {fault}"))
             })
         });
         let config = Self {
@@ -153,7 +146,7 @@ impl CompareConfig {
             error_reduction: file.error_reduction,
             landmarks: file.landmarks,
         };
-        config.check()?;
+        config.check().map_err(|fault| text.locate(fault))?;
         Ok(config)
     }
 

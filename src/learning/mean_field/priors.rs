@@ -1,16 +1,16 @@
-//! Who might be where, a prior a truth.
+//! Priors of many truths over the same candidates, an uncertainty for each truth.
 
 use crate::belief::{Places, Uncertainty};
 use ndarray::{Array1, Array2, ArrayView1, Axis};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Who might be where: truths, each with a prior uncertainty of its own, and the candidates they may be mistaken for.
+/// Truths, each with a prior uncertainty of its own, and the candidates they may be mistaken for.
 pub struct Priors {
     uncertainty: Vec<Uncertainty>,
     truths: Places,
     candidates: Places,
-    /// e of every pair, `[truth, candidate]`, where there are not too many to keep: a step's.
+    /// e of every pair, `[truth, candidate]`, kept where they are few enough, as in a training step.
     kept: Option<Array2<f32>>,
     prior_error_m: Array1<f64>,
     sizes: Vec<usize>,
@@ -41,7 +41,7 @@ impl Priors {
         if rows.saturating_mul(columns) <= MOST_KEPT {
             priors.kept = Some(priors.table());
         }
-        let told: Vec<(f64, usize)> = (0..rows)
+        let errors_and_sizes: Vec<(f64, usize)> = (0..rows)
             .into_par_iter()
             .map(|t| {
                 let errors = priors.errors_m(t);
@@ -51,8 +51,8 @@ impl Priors {
                 (sum / size.max(1) as f64, size)
             })
             .collect();
-        priors.prior_error_m = told.iter().map(|t| t.0).collect();
-        priors.sizes = told.into_iter().map(|t| t.1).collect();
+        priors.prior_error_m = errors_and_sizes.iter().map(|t| t.0).collect();
+        priors.sizes = errors_and_sizes.into_iter().map(|t| t.1).collect();
         priors
     }
 
@@ -122,10 +122,10 @@ impl Priors {
         self.shares(|t| 1.0 / self.prior_error_m[t])
     }
 
-    fn shares(&self, of: impl Fn(usize) -> f64) -> Array1<f64> {
+    fn shares(&self, share: impl Fn(usize) -> f64) -> Array1<f64> {
         let counts = |t: usize| self.sizes[t] > 1 && self.prior_error_m[t] > 0.0;
         let mut shares: Array1<f64> = (0..self.truths.len())
-            .map(|t| if counts(t) { of(t) } else { 0.0 })
+            .map(|t| if counts(t) { share(t) } else { 0.0 })
             .collect();
         let sum = shares.sum();
         if sum > 0.0 {

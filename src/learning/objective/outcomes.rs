@@ -60,7 +60,7 @@ impl<T: Real> Factors<T> {
 /// so that g = 0 and g = 1 are fine.
 ///
 /// Of each place `g` are its activations, `[place, feature]`, `slope` is ∂E/∂P and `highs` the tiles' numbers,
-/// `[place, tile]`; `room` is overwritten.
+/// `[place, tile]`; `workspace` is overwritten.
 #[inline(always)]
 pub(super) fn gradient<T: Real>(
     g: [&[T]; LANES],
@@ -74,15 +74,15 @@ pub(super) fn gradient<T: Real>(
     // Outcome by outcome, with the places in the lanes. Summed over the high features, sixteen are left.
     let mut open = [Lanes::<T>::default(); LANES];
     for place in 0..places {
-        let mut of_place = Lanes::<T>::default();
+        let mut summed = Lanes::<T>::default();
         for tile in 0..tiles {
             let (slope, high) = (slope[place * tiles + tile], highs[place * tiles + tile]);
             for l in 0..LANES {
-                of_place[l] += slope[l] * high;
+                summed[l] += slope[l] * high;
             }
         }
         for f in 0..LANES {
-            open[f][place] = of_place[f];
+            open[f][place] = summed[f];
         }
     }
     let mut low = [Lanes::<T>::default(); LOW];

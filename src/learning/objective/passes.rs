@@ -1,258 +1,304 @@
-//! The three passes over the places, a chunk of them at a time.
+//! The three passes over the places, on all threads, chunk by chunk.
+//!
+//! A pass cuts the places into chunks of fixed size, so that no bit depends on the number of threads. Only M, U and U∘ē
+//! stay in memory from one pass to the next.
 
 use super::{
-    SMALLEST_PROBABILITY,
-    outcomes::{Factors, gradient, high},
+    Evaluation,
+    activations::Activations,
+    kernels::{ChunkWorkspace, ExpectedError, MapGradient, MapOutcomes},
+    outcomes::tiles,
 };
-use crate::learning::{
-    lanes::{Kernel, LANES, Lanes, Real, at_least, total},
-    prior_operator::{Answers, Asking, CHUNK, PriorOperator, Rows, Scratch},
+use crate::{
+    learning::{
+        lanes::{Lanes, Real},
+        prior_operator::{Accumulator, CHUNK, PriorOperator, Rows, Scratch},
+    },
+    simd::InstructionSet,
 };
+use ndarray::{Array2, ArrayView1, ArrayView2};
+use rayon::prelude::*;
 
-/// Activations g of one side's places, `[place, feature]`.
-#[derive(Clone, Copy)]
-pub(super) struct Activations<'a, T> {
-    pub g: &'a [T],
-    pub features: usize,
-    /// The operator's order of the places.
-    pub order: Option<&'a [usize]>,
-}
+/// Parts that every thread takes of a pass: a few, since neither handing out work nor making a workspace is free.
+const PARTS_A_THREAD: usize = 2;
 
-impl<'a, T> Activations<'a, T> {
-    /// The caller's number of place `place` in order.
-    #[inline(always)]
-    fn number(&self, place: usize) -> usize {
-        match self.order {
-            Some(order) => order[place],
-            None => place,
-        }
-    }
-
-    /// All features of place `place` in order.
-    #[inline(always)]
-    fn of(&self, place: usize) -> &'a [T] {
-        let k = self.number(place);
-        &self.g[k * self.features..(k + 1) * self.features]
-    }
-}
-
-/// The first pass: P of a chunk's outcomes, `[place, tile]`.
-pub(super) struct Outcomes<'a, T> {
-    pub activations: Activations<'a, T>,
-    pub first: usize,
-    /// `[tile]`, to work in.
-    pub highs: &'a mut [T],
-    pub out: &'a mut [Lanes<T>],
-}
-
-impl<T: Real> Kernel for Outcomes<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let rows = self.out.chunks_exact_mut(self.highs.len());
-        for (i, rows) in rows.enumerate() {
-            let g = self.activations.of(self.first + i);
-            let factors = Factors::new(g);
-            high(g, self.highs);
-            for (row, &high) in rows.iter_mut().zip(&*self.highs) {
-                *row = factors.outcomes(high);
-            }
-        }
-    }
-}
-
-/// What a chunk needs besides input and output.
+/// The objective with its buffers, for one evaluation after the other: new buffers cost more than the sums. Where priors of
+/// different sizes are evaluated in turn, keep one for each.
+///
+/// ```
+/// use ballmark::{belief::Places, learning::{objective::{Objective, equal_weights}, prior_operator::PriorOperator}};
+/// use ndarray::array;
+/// let places = Places::Route(vec![0.0, 99.0]);
+/// let prior = PriorOperator::new("global".parse()?, &places, &places);
+/// let mut objective = Objective::<f32>::new();
+/// for step in 0..3 {
+///     let g = array![[0.9f32 + 0.01 * step as f32], [0.2]];
+///     let e = objective.evaluate(&prior, g.view(), g.view(), equal_weights(2).view())?;
+///     assert!(e.posterior_error_m < 25.001);
+/// }
+/// # Ok::<(), ballmark::Error>(())
+/// ```
 #[derive(Debug)]
-pub(super) struct ChunkWorkspace<T> {
-    answers: Answers,
-    /// ∂E/∂P or ∂E/∂M, `[place, tile]`.
-    slope: Vec<Lanes<T>>,
-    /// `[place, tile]`.
-    highs: Vec<T>,
-    /// `[tile]`.
-    open: Vec<T>,
+pub struct Objective<T> {
+    instructions: InstructionSet,
+    buffers: Buffers<T>,
+    pub(super) evaluation: Evaluation<T>,
 }
 
-impl<T: Real> ChunkWorkspace<T> {
-    pub(super) fn new(tiles: usize) -> Self {
+/// What is kept of a pass for the next, and of an evaluation for the next.
+#[derive(Debug)]
+struct Buffers<T> {
+    /// M `[candidate, tile]`, in the operator's order, as are U and U∘ē `[truth, tile]`.
+    m: Vec<Lanes<T>>,
+    u: Vec<Lanes<T>>,
+    u_errors: Vec<Lanes<f64>>,
+    map_scratch: Scratch<T>,
+    truth_scratch: Scratch<T>,
+    workspaces: Vec<ChunkWorkspace<T>>,
+    /// E of every chunk of truths.
+    errors_m: Vec<f64>,
+    /// Gradients that are not yet in the callers' order.
+    in_order: Vec<T>,
+}
+
+impl<T: Real> Default for Objective<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Objective<T> {
+    /// With buffers still empty: they take their size from the first evaluation.
+    pub fn new() -> Self {
+        Self::with_instructions(InstructionSet::Best)
+    }
+
+    pub(super) fn with_instructions(instructions: InstructionSet) -> Self {
         Self {
-            answers: Answers::new(),
-            slope: vec![Lanes::default(); CHUNK * tiles],
-            highs: vec![T::default(); CHUNK * tiles],
-            open: vec![T::default(); tiles],
+            instructions,
+            buffers: Buffers {
+                m: Vec::new(),
+                u: Vec::new(),
+                u_errors: Vec::new(),
+                map_scratch: Scratch::default(),
+                truth_scratch: Scratch::default(),
+                workspaces: Vec::new(),
+                errors_m: Vec::new(),
+                in_order: Vec::new(),
+            },
+            evaluation: Evaluation::default(),
         }
     }
 
-    /// Tiles that it is made for.
-    pub(super) fn tiles(&self) -> usize {
-        self.open.len()
-    }
-
-    /// `[tile]`, for one place.
-    pub(super) fn highs_of_one(&mut self) -> &mut [T] {
-        &mut self.open
-    }
-
-    /// ∂E/∂g of a chunk, from `slope`, `[place, feature]`.
-    #[inline(always)]
-    fn fill_gradient(
-        &mut self,
-        activations: &Activations<T>,
-        first: usize,
-        tiles: usize,
-        out: &mut [T],
-    ) {
-        for (group, out) in out.chunks_mut(activations.features * LANES).enumerate() {
-            let start = group * LANES;
-            let places = start..start + out.len() / activations.features;
-            let of_tiles = places.start * tiles..places.end * tiles;
-            let (highs, slope) = (&self.highs[of_tiles.clone()], &self.slope[of_tiles]);
-            let mut g = [activations.of(first + start); LANES];
-            for (g, place) in g.iter_mut().zip(places) {
-                *g = activations.of(first + place);
-            }
-            gradient(g, highs, slope, &mut self.open, out);
-        }
-    }
-
-    #[inline(always)]
-    fn fill_highs(
-        &mut self,
-        activations: &Activations<T>,
-        first: usize,
-        tiles: usize,
-        count: usize,
-    ) {
-        let highs = self.highs.chunks_exact_mut(tiles).take(count);
-        for (i, highs) in highs.enumerate() {
-            high(activations.of(first + i), highs);
-        }
-    }
-}
-
-/// The second pass: from M, a chunk of truths' ē, E and ∂E/∂g, and U for the way back.
-pub(super) struct ExpectedErrorPass<'a, T> {
-    pub prior: &'a PriorOperator,
-    pub activations: Activations<'a, T>,
-    pub weight: &'a [f64],
-    pub first: usize,
-    /// M.
-    pub rows: &'a Rows<'a, T>,
-    pub scratch: &'a Scratch<T>,
-    pub workspace: &'a mut ChunkWorkspace<T>,
-    /// U, `[truth, tile]`.
-    pub weighted: &'a mut [Lanes<T>],
-    /// U∘ē, `[truth, tile]`.
-    pub unweighted: &'a mut [Lanes<f64>],
-    /// `[truth, feature]`.
-    pub gradient: &'a mut [T],
-}
-
-impl<T: Real> Kernel for ExpectedErrorPass<'_, T> {
-    /// The chunk's part of E, in metres.
-    type Output = f64;
-
-    #[inline(always)]
-    fn run(self) -> f64 {
-        let Self {
-            activations,
-            first,
-            workspace,
+    /// M, and what [`PriorOperator::apply`] needs of it.
+    pub(super) fn map_outcomes(&mut self, prior: &PriorOperator, map: ArrayView2<T>) {
+        let map = map.as_standard_layout();
+        let activations = Activations::new(&map, prior.candidate_order());
+        let (tiles, instructions) = (tiles(activations.features), self.instructions);
+        let Buffers {
+            m,
+            map_scratch,
+            workspaces,
             ..
-        } = self;
-        let (tiles, count) = (self.rows.tiles, self.gradient.len() / activations.features);
-        let prior_errors_m = self.prior.prior_errors_m();
-        let (mut given_m, mut error_m) = (0.0, Lanes::<f64>::default());
-        workspace.fill_highs(&activations, first, tiles, count);
-        for tile in 0..tiles {
-            let truths = first..first + count;
-            let answers = &mut workspace.answers;
-            self.prior.answer(
-                Asking::Truths,
-                truths,
-                tile,
-                self.rows,
-                self.scratch,
-                answers,
+        } = &mut self.buffers;
+        m.resize(prior.candidates() * tiles, Lanes::default());
+        let accumulators = prior.map_accumulators(tiles, map_scratch);
+        let mut chunks: Vec<_> = m.chunks_mut(CHUNK * tiles).zip(accumulators).collect();
+        in_chunks(
+            &mut chunks,
+            workspaces,
+            tiles,
+            |first, (m, accumulator), workspace| {
+                instructions.run(MapOutcomes {
+                    activations,
+                    first,
+                    highs: workspace.highs_of_one(),
+                    out: &mut *m,
+                });
+                accumulator.add(&rows(tiles, m, None), instructions);
+            },
+        );
+        drop(chunks);
+        prior.prepare(&rows(tiles, m, None), map_scratch, instructions);
+    }
+
+    /// N, D and ē of every truth; from them E, ∂E/∂g of the truths, U and U∘ē.
+    pub(super) fn expected_error(
+        &mut self,
+        prior: &PriorOperator,
+        truth: ArrayView2<T>,
+        weight: ArrayView1<f64>,
+    ) {
+        let (truth, weight) = (truth.as_standard_layout(), weight.as_standard_layout());
+        let weight = weight.as_slice().unwrap_or_default(); // a standard layout is a slice
+        let activations = Activations::new(&truth, prior.truth_order());
+        let (n, instructions) = (activations.features, self.instructions);
+        let (tiles, truths) = (tiles(n), prior.truths());
+        let Buffers {
+            m,
+            u,
+            u_errors,
+            map_scratch,
+            truth_scratch,
+            workspaces,
+            errors_m,
+            in_order,
+        } = &mut self.buffers;
+        u.resize(truths * tiles, Lanes::default());
+        u_errors.resize(truths * tiles, Lanes::default());
+        errors_m.resize(truths.div_ceil(CHUNK), 0.0);
+        let (m, map_scratch) = (rows(tiles, m, None), &*map_scratch);
+        let gradient = &mut self.evaluation.truth_gradient;
+        fill(
+            gradient,
+            in_order,
+            (truths, n),
+            activations.order,
+            |gradient| {
+                let mut chunks: Vec<_> = u
+                    .chunks_mut(CHUNK * tiles)
+                    .zip(u_errors.chunks_mut(CHUNK * tiles))
+                    .zip(gradient.chunks_mut(CHUNK * n))
+                    .zip(errors_m.iter_mut())
+                    .zip(prior.truth_accumulators(tiles, truth_scratch))
+                    .map(
+                        |((((u, u_errors), gradient), error_m), accumulator)| TruthChunk {
+                            u,
+                            u_errors,
+                            gradient,
+                            error_m,
+                            accumulator,
+                        },
+                    )
+                    .collect();
+                in_chunks(&mut chunks, workspaces, tiles, |first, chunk, workspace| {
+                    *chunk.error_m = instructions.run(ExpectedError {
+                        prior,
+                        activations,
+                        weight,
+                        first,
+                        m: &m,
+                        scratch: map_scratch,
+                        workspace,
+                        u: &mut *chunk.u,
+                        u_errors: &mut *chunk.u_errors,
+                        gradient: &mut *chunk.gradient,
+                    });
+                    let rows = rows(tiles, chunk.u, Some(chunk.u_errors));
+                    chunk.accumulator.add(&rows, instructions);
+                });
+            },
+        );
+        self.evaluation.posterior_error_m = errors_m.iter().sum();
+        prior.prepare_transpose(&rows(tiles, u, Some(u_errors)), truth_scratch, instructions);
+    }
+
+    /// ∂E/∂M and with it ∂E/∂g of the map's places.
+    pub(super) fn map_gradient(&mut self, prior: &PriorOperator, map: ArrayView2<T>) {
+        let map = map.as_standard_layout();
+        let activations = Activations::new(&map, prior.candidate_order());
+        let (n, instructions) = (activations.features, self.instructions);
+        let tiles = tiles(n);
+        let Buffers {
+            u,
+            u_errors,
+            truth_scratch: scratch,
+            workspaces,
+            in_order,
+            ..
+        } = &mut self.buffers;
+        let (u, scratch) = (rows(tiles, u, Some(u_errors)), &*scratch);
+        let gradient = &mut self.evaluation.map_gradient;
+        let shape = (prior.candidates(), n);
+        fill(gradient, in_order, shape, activations.order, |gradient| {
+            let mut chunks: Vec<_> = gradient.chunks_mut(CHUNK * n).collect();
+            in_chunks(
+                &mut chunks,
+                workspaces,
+                tiles,
+                |first, gradient, workspace| {
+                    instructions.run(MapGradient {
+                        prior,
+                        activations,
+                        first,
+                        u: &u,
+                        scratch,
+                        workspace,
+                        gradient: &mut **gradient,
+                    });
+                },
             );
-            for i in 0..count {
-                let truth = activations.number(first + i);
-                let (weight, prior_error_m) = (self.weight[truth], prior_errors_m[truth]);
-                if tile == 0 {
-                    given_m += weight * prior_error_m;
-                }
-                let places = self.prior.window_size(truth).max(1);
-                let least = SMALLEST_PROBABILITY * places as f64;
-                let row = i * tiles + tile;
-                let p = Factors::new(activations.of(first + i)).outcomes(workspace.highs[row]);
-                let (n, d) = (answers.weighted[i], answers.unweighted[i]);
-                let (mut slope, mut u, mut expected_m) = (n, n, n);
-                for l in 0..LANES {
-                    let inverse = 1.0 / at_least(d[l], least);
-                    // ē − prior error: what is small is rounded, not what it is the difference of.
-                    let above_m = (n[l] - prior_error_m * d[l]) * inverse;
-                    expected_m[l] = at_least(prior_error_m + above_m, 0.0); // ē
-                    slope[l] = weight * above_m; // ∂E/∂P, but for a number that is the same for all f
-                    u[l] = weight * p[l].wide() * inverse;
-                    error_m[l] += p[l].wide() * slope[l];
-                }
-                let (slope, u) = (T::row_of(&slope), T::row_of(&u));
-                // Where one place alone shows f, e − ē vanishes there: U∘ē must be that of the U that was rounded.
-                let mut v = expected_m;
-                for l in 0..LANES {
-                    v[l] = u[l].wide() * expected_m[l];
-                }
-                workspace.slope[row] = slope;
-                self.weighted[row] = u;
-                self.unweighted[row] = v;
-            }
-        }
-        workspace.fill_gradient(&activations, first, tiles, self.gradient);
-        given_m + total(&error_m)
+        });
     }
 }
 
-/// The third pass: from U and U∘ē, ∂E/∂M and ∂E/∂g of a chunk of the map's places.
-pub(super) struct MapGradientPass<'a, T> {
-    pub prior: &'a PriorOperator,
-    pub activations: Activations<'a, T>,
-    pub first: usize,
-    /// U and U∘ē.
-    pub rows: &'a Rows<'a, T>,
-    pub scratch: &'a Scratch<T>,
-    pub workspace: &'a mut ChunkWorkspace<T>,
-    /// `[candidate, feature]`.
-    pub gradient: &'a mut [T],
+/// What is made of a chunk of truths.
+struct TruthChunk<'a, T> {
+    u: &'a mut [Lanes<T>],
+    u_errors: &'a mut [Lanes<f64>],
+    gradient: &'a mut [T],
+    error_m: &'a mut f64,
+    accumulator: Accumulator<'a, 3>,
 }
 
-impl<T: Real> Kernel for MapGradientPass<'_, T> {
-    type Output = ();
+/// Does `work` for every chunk on all threads, given the number of the chunk's first place and a workspace.
+fn in_chunks<T: Real, C: Send>(
+    chunks: &mut [C],
+    workspaces: &mut Vec<ChunkWorkspace<T>>,
+    tiles: usize,
+    work: impl Fn(usize, &mut C, &mut ChunkWorkspace<T>) + Sync,
+) {
+    let parts = PARTS_A_THREAD * rayon::current_num_threads();
+    let length = chunks.len().div_ceil(parts).max(1);
+    let parts = chunks.len().div_ceil(length);
+    workspaces.retain(|workspace| workspace.tiles() == tiles);
+    if workspaces.len() < parts {
+        workspaces.resize_with(parts, || ChunkWorkspace::new(tiles));
+    }
+    let parts = workspaces
+        .par_iter_mut()
+        .zip(chunks.par_chunks_mut(length))
+        .enumerate();
+    parts.for_each(|(part, (workspace, chunks))| {
+        for (number, chunk) in (part * length..).zip(chunks) {
+            work(number * CHUNK, chunk, workspace);
+        }
+    });
+}
 
-    #[inline(always)]
-    fn run(self) {
-        let Self {
-            activations,
-            first,
-            workspace,
-            ..
-        } = self;
-        let (tiles, count) = (self.rows.tiles, self.gradient.len() / activations.features);
-        workspace.fill_highs(&activations, first, tiles, count);
-        for tile in 0..tiles {
-            let places = first..first + count;
-            let answers = &mut workspace.answers;
-            let asking = Asking::Candidates;
-            self.prior
-                .answer(asking, places, tile, self.rows, self.scratch, answers);
-            for i in 0..count {
-                let (mut slope, unweighted) = (answers.weighted[i], answers.unweighted[i]);
-                for l in 0..LANES {
-                    slope[l] -= unweighted[l];
-                }
-                workspace.slope[i * tiles + tile] = T::row_of(&slope);
+fn rows<'a, T>(
+    tiles: usize,
+    weighted: &'a [Lanes<T>],
+    unweighted: Option<&'a [Lanes<f64>]>,
+) -> Rows<'a, T> {
+    Rows {
+        tiles,
+        weighted,
+        unweighted,
+    }
+}
+
+/// Lets a gradient be filled in the operator's order, and puts it into the caller's.
+fn fill<T: Real>(
+    gradient: &mut Array2<T>,
+    workspace: &mut Vec<T>,
+    shape: (usize, usize),
+    order: Option<&[usize]>,
+    in_order: impl FnOnce(&mut [T]),
+) {
+    if gradient.dim() != shape {
+        *gradient = Array2::from_elem(shape, T::default());
+    }
+    let out = gradient.as_slice_mut().unwrap_or_default(); // a standard layout is a slice
+    match order {
+        None => in_order(out),
+        Some(order) => {
+            workspace.resize(out.len(), T::default());
+            in_order(workspace);
+            let n = shape.1.max(1);
+            for (&k, row) in order.iter().zip(workspace.chunks_exact(n)) {
+                out[k * n..(k + 1) * n].copy_from_slice(row);
             }
         }
-        workspace.fill_gradient(&activations, first, tiles, self.gradient);
     }
 }

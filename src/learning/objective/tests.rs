@@ -6,6 +6,7 @@ use crate::{
     geometry::Pose,
     seed::Seed,
 };
+use ndarray::Array2;
 use rand::RngExt;
 
 /// Thrun (1998), eq. 42, sum by sum as printed; shares no code with `evaluate` but e and the window.
@@ -150,11 +151,11 @@ fn map_and_truth_each_have_their_own_gradient() {
             let difference = |up: Evaluation, down: Evaluation| {
                 (up.posterior_error_m - down.posterior_error_m) / 2e-5
             };
-            let of_map = difference(at(&g, &moved(&m, 1e-5)), at(&g, &moved(&m, -1e-5)));
-            assert!((e.map_gradient[[row, column]] - of_map).abs() < 1e-6);
+            let map_slope = difference(at(&g, &moved(&m, 1e-5)), at(&g, &moved(&m, -1e-5)));
+            assert!((e.map_gradient[[row, column]] - map_slope).abs() < 1e-6);
             if row < 3 {
-                let of_truth = difference(at(&moved(&g, 1e-5), &m), at(&moved(&g, -1e-5), &m));
-                assert!((e.truth_gradient[[row, column]] - of_truth).abs() < 1e-6);
+                let truth_slope = difference(at(&moved(&g, 1e-5), &m), at(&moved(&g, -1e-5), &m));
+                assert!((e.truth_gradient[[row, column]] - truth_slope).abs() < 1e-6);
             }
         }
     }
@@ -238,5 +239,39 @@ fn the_number_of_threads_changes_no_bit() {
             pool.install(|| error_and_gradient(uncertainty, &places, &g).1)
         };
         assert_eq!(in_pool(1), in_pool(3));
+    }
+}
+
+/// Poses anywhere in a hall of 20 m by 12 m.
+fn hall(name: &str, k: usize) -> Places {
+    let mut random = Seed(5).stream(name);
+    let mut uniform = |width: f64| width * random.random::<f64>() - 3.0;
+    Places::Plane(
+        (0..k)
+            .map(|_| Pose::new(uniform(20.0), uniform(12.0), uniform(6.0)))
+            .collect(),
+    )
+}
+
+#[test]
+fn the_objective_by_cells_is_near_the_exact_one_and_meets_it() {
+    let (truths, candidates) = (hall("truths", 300), hall("candidates", 400));
+    let mut random = Seed(6).stream("activations");
+    let mut activations = |k| Array2::from_shape_simple_fn((k, 5), || random.random::<f64>());
+    let (g, m) = (activations(300), activations(400));
+    let weight = equal_weights(300);
+    let at = |prior: &PriorOperator| evaluate(prior, g.view(), m.view(), weight.view()).unwrap();
+    let exact = at(&PriorOperator::everywhere(&truths, &candidates).unwrap());
+    for side_m in [1.0, 0.25, 1e-4] {
+        let cells = at(&PriorOperator::everywhere_in_cells(&truths, &candidates, side_m).unwrap());
+        let off_m = (cells.posterior_error_m - exact.posterior_error_m).abs();
+        assert!(off_m <= side_m * 2f64.sqrt(), "{side_m}: {off_m}");
+    }
+    let fine = at(&PriorOperator::everywhere_in_cells(&truths, &candidates, 1e-6).unwrap());
+    for (a, b) in [
+        (&fine.truth_gradient, &exact.truth_gradient),
+        (&fine.map_gradient, &exact.map_gradient),
+    ] {
+        assert!((a - b).iter().all(|d| d.abs() < 1e-7));
     }
 }

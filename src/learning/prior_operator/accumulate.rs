@@ -1,51 +1,53 @@
-//! What is done with rows while they are still in the cache, before anybody asks about them.
+//! What is done with rows while they are still in the cache, before the sums of any place are made.
 
 use super::{
-    CHUNK, Rows,
-    block_sums::{self, BLOCK, BlockSums, Sums},
+    block_sums::{BLOCK, BlockSums, Sums, sum_blocks},
+    rows::{CHUNK, Rows},
 };
-use crate::learning::lanes::{Real, Vectors};
+use crate::{learning::lanes::Real, simd::InstructionSet};
 
-/// What can be taken in of rows while they are made, a chunk of [`CHUNK`] places after the other: along a route, the sums
-/// of their blocks.
-pub(in crate::learning) struct TakeIn<'a, const Q: usize> {
+/// Accumulates the rows of one chunk of [`CHUNK`] places as soon as they are made: along a route, into sums of blocks.
+pub(in crate::learning) struct Accumulator<'a, const Q: usize> {
     x_m: &'a [f64],
-    /// Of this chunk; `None`: the prior wants all rows at once.
+    /// This chunk's; `None`: the prior needs all rows at once.
     sums: Option<&'a mut [Sums<Q>]>,
 }
 
-impl<const Q: usize> TakeIn<'_, Q> {
-    /// Takes in a chunk of rows.
+impl<const Q: usize> Accumulator<'_, Q> {
+    /// Adds the chunk's rows.
     #[inline(always)]
-    pub(in crate::learning) fn chunk<T: Real>(&mut self, rows: &Rows<T>, vectors: Vectors) {
+    pub(in crate::learning) fn add<T: Real>(
+        &mut self,
+        rows: &Rows<T>,
+        instructions: InstructionSet,
+    ) {
         if let Some(sums) = &mut self.sums {
-            block_sums::fill(rows, self.x_m, sums, vectors);
+            sum_blocks(rows, self.x_m, sums, instructions);
         }
     }
 }
 
-/// One for every chunk of the rows of places at `x_m` along a route, or of a prior that has none.
-pub(super) fn to_take_in<'a, const Q: usize>(
+/// One for every chunk of rows of places at `x_m` along a route, or of a prior whose places have no such coordinate.
+pub(super) fn accumulators<'a, const Q: usize>(
     x_m: Option<&'a [f64]>,
     chunks: usize,
     tiles: usize,
     blocks: &'a mut BlockSums<Q>,
-) -> Vec<TakeIn<'a, Q>> {
+) -> Vec<Accumulator<'a, Q>> {
     const { assert!(CHUNK.is_multiple_of(BLOCK)) };
     let Some(x_m) = x_m else {
-        let nothing = || TakeIn {
+        let nothing = || Accumulator {
             x_m: &[],
             sums: None,
         };
         return std::iter::repeat_with(nothing).take(chunks).collect();
     };
-    let sums = blocks.open(x_m.len(), tiles);
-    let of_chunks = x_m
-        .chunks(CHUNK)
-        .zip(sums.chunks_mut(CHUNK / BLOCK * tiles));
-    let accumulate = |(x_m, sums)| TakeIn {
-        x_m,
-        sums: Some(sums),
-    };
-    of_chunks.map(accumulate).collect()
+    let sums = blocks.start(x_m.len(), tiles);
+    x_m.chunks(CHUNK)
+        .zip(sums.chunks_mut(CHUNK / BLOCK * tiles))
+        .map(|(x_m, sums)| Accumulator {
+            x_m,
+            sums: Some(sums),
+        })
+        .collect()
 }

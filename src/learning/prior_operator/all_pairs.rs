@@ -1,9 +1,10 @@
-//! In the plane without any idea where: all distances, by blocks.
+//! A global prior in the plane: all distances, by blocks.
 
-use super::{Asking, Rows};
+use super::rows::Rows;
 use crate::{
     geometry::Pose,
-    learning::lanes::{Kernel, LANES, Lanes, Real, Vectors},
+    learning::lanes::{LANES, Lanes, Real},
+    simd::{InstructionSet, Kernel},
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -19,10 +20,10 @@ pub struct AllPairs {
     symmetric: bool,
 }
 
-/// Places asked about whose distances are made at once.
+/// Places summed over whose distances are made at once.
 const BLOCK: usize = 32;
 
-/// Places asking at once.
+/// Places that are given their sums at once.
 const ROWS: usize = 4;
 
 /// Most distances that are kept: 200 MB.
@@ -59,22 +60,45 @@ impl AllPairs {
         (self.truths.len(), self.candidates.len())
     }
 
-    /// Σ e·rows for some places, one tile.
+    /// Σ e·rows over all candidates, for some truths, one tile.
     #[inline(always)]
-    pub(super) fn answer<T: Real>(
+    pub(super) fn apply<T: Real>(
         &self,
-        asking: Asking,
+        truths: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        weighted: &mut [Lanes<f64>],
+    ) {
+        let sides = (&self.truths[..], &self.candidates[..]);
+        self.weighted_sums(sides, true, truths, tile, rows, weighted);
+    }
+
+    /// Σ e·rows over all truths, for some candidates, one tile.
+    #[inline(always)]
+    pub(super) fn apply_transpose<T: Real>(
+        &self,
+        candidates: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        weighted: &mut [Lanes<f64>],
+    ) {
+        let sides = (&self.candidates[..], &self.truths[..]);
+        self.weighted_sums(sides, self.symmetric, candidates, tile, rows, weighted);
+    }
+
+    /// Sums for places of the first side over all of the second. `by_rows`: a place's distances are a row of those kept,
+    /// and not a column.
+    #[inline(always)]
+    fn weighted_sums<T: Real>(
+        &self,
+        (from, to): (&[[f64; 2]], &[[f64; 2]]),
+        by_rows: bool,
         places: Range<usize>,
         tile: usize,
         rows: &Rows<T>,
         weighted: &mut [Lanes<f64>],
     ) {
         let kept = self.kept.as_deref();
-        let by_truths = asking == Asking::Truths || self.symmetric;
-        let (from, to) = match asking {
-            Asking::Truths => (&self.truths[..], &self.candidates[..]),
-            Asking::Candidates => (&self.candidates[..], &self.truths[..]),
-        };
         for (first, out) in places.step_by(ROWS).zip(weighted.chunks_mut(ROWS)) {
             out.fill(Lanes::<f64>::default());
             for start in (0..to.len()).step_by(BLOCK) {
@@ -83,7 +107,7 @@ impl AllPairs {
                 for (row, e) in e[..out.len()].iter_mut().enumerate() {
                     let e = &mut e[..end - start];
                     match kept {
-                        Some(all) if by_truths => {
+                        Some(all) if by_rows => {
                             let row = (first + row) * to.len();
                             e.copy_from_slice(&all[row + start..row + end]);
                         }
@@ -110,7 +134,7 @@ impl AllPairs {
     }
 }
 
-/// Σ e·rows over some places asked about, for each place that asks.
+/// Σ e·rows over some places, for each of the four whose distances are given.
 #[inline(always)]
 fn sums<T: Real>(
     e: &[[f64; BLOCK]; ROWS],
@@ -121,33 +145,37 @@ fn sums<T: Real>(
     let nothing = Lanes::<f64>::default();
     let (mut s0, mut s1, mut s2, mut s3) = (nothing, nothing, nothing, nothing);
     let [e0, e1, e2, e3] = e;
-    let of_places =
+    let summed =
         rows.weighted[places.start * rows.tiles..places.end * rows.tiles].chunks_exact(rows.tiles);
-    for ((((row, &e0), &e1), &e2), &e3) in of_places.zip(e0).zip(e1).zip(e2).zip(e3) {
+    for ((((row, &e0), &e1), &e2), &e3) in summed.zip(e0).zip(e1).zip(e2).zip(e3) {
         let row = row[tile];
         for l in 0..LANES {
-            s0[l] += e0 * row[l].wide();
+            s0[l] += e0 * row[l].to_f64();
         }
         for l in 0..LANES {
-            s1[l] += e1 * row[l].wide();
+            s1[l] += e1 * row[l].to_f64();
         }
         for l in 0..LANES {
-            s2[l] += e2 * row[l].wide();
+            s2[l] += e2 * row[l].to_f64();
         }
         for l in 0..LANES {
-            s3[l] += e3 * row[l].wide();
+            s3[l] += e3 * row[l].to_f64();
         }
     }
     [s0, s1, s2, s3]
 }
 
-/// The sum of all rows to be summed plainly, for every tile.
-pub(super) fn add_up<T: Real>(rows: &Rows<T>, total: &mut Vec<Lanes<f64>>, vectors: Vectors) {
+/// The sum of all unweighted rows, for every tile.
+pub(super) fn add_up<T: Real>(
+    rows: &Rows<T>,
+    total: &mut Vec<Lanes<f64>>,
+    instructions: InstructionSet,
+) {
     total.clear();
     total.resize(rows.tiles, Lanes::<f64>::default());
     match rows.unweighted {
-        Some(unweighted) => vectors.run(AddUp { unweighted, total }),
-        None => vectors.run(AddUp {
+        Some(unweighted) => instructions.run(AddUp { unweighted, total }),
+        None => instructions.run(AddUp {
             unweighted: rows.weighted,
             total,
         }),
@@ -167,7 +195,7 @@ impl<T: Real> Kernel for AddUp<'_, T> {
         for row in self.unweighted.chunks_exact(self.total.len()) {
             for (total, row) in self.total.iter_mut().zip(row) {
                 for l in 0..LANES {
-                    total[l] += row[l].wide();
+                    total[l] += row[l].to_f64();
                 }
             }
         }

@@ -2,8 +2,9 @@
 //!
 //! Row ξ* of Bel is the prior belief of a robot that is truly at ξ*: uniform over the candidates that the prior
 //! admits. Row ξ* of A is the same times e(ξ*, ξ). As every belief is uniform, all that the objective needs are sums
-//! over the admitted places, weighed by e and unweighted, from truths over candidates and back; and the shape of the prior
-//! says how to get them cheaply:
+//! over the admitted places, weighted by e and unweighted, for truths over candidates (`apply`) and for
+//! candidates over truths (`apply_transpose`); and the shape of the prior says how to
+//! get them cheaply:
 //!
 //! | prior | sums | cost |
 //! |---|---|---|
@@ -20,22 +21,30 @@ mod block_sums;
 mod cells;
 mod mean_errors;
 mod route_windows;
+mod rows;
+mod shape;
 mod sparse_rows;
+mod window_sums;
+mod workspace;
 
-use super::lanes::{Lanes, Real, Vectors};
+use super::lanes::Real;
 use crate::{
     belief::{Places, Uncertainty},
     error::{Error, Result},
+    simd::InstructionSet,
 };
+use all_pairs::AllPairs;
+use cells::Cells;
+use mean_errors::mean_errors_m;
 use ndarray::Array1;
+use route_windows::RouteWindows;
+use shape::Shape;
+use sparse_rows::SparseRows;
 use std::ops::Range;
 
-use accumulate::{TakeIn, to_take_in};
-use all_pairs::AllPairs;
-use block_sums::{BlockSums, Cut, Cuts};
-use cells::Cells;
-use route_windows::RouteWindows;
-use sparse_rows::SparseRows;
+pub(super) use accumulate::Accumulator;
+pub(super) use rows::{CHUNK, Rows};
+pub(super) use workspace::{PriorSums, Scratch};
 
 /// More places than this in the plane, and a global prior takes them by cells.
 pub const MOST_EXACT_PLACES: usize = 5000;
@@ -52,69 +61,6 @@ pub struct PriorOperator {
     prior_error_m: Array1<f64>,
 }
 
-/// What the prior and the places allow.
-enum Shape {
-    /// Along a route.
-    Route(RouteWindows),
-    /// In the plane, within a window, or with an error of one's own.
-    Sparse(SparseRows),
-    /// In the plane, anywhere.
-    AllPairs(AllPairs),
-    /// In the plane, anywhere, by cells.
-    Cells(Cells),
-}
-
-/// Whose places sum over the other side's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Asking {
-    Truths,
-    Candidates,
-}
-
-/// What is summed: rows of the places asked about, in the operator's order, `[place, tile]` of sixteen outcomes each.
-pub(super) struct Rows<'a, T> {
-    /// Tiles of sixteen outcomes a place has.
-    pub tiles: usize,
-    /// Summed with weight e.
-    pub weighted: &'a [Lanes<T>],
-    /// Summed plainly; `None`: the same rows.
-    pub unweighted: Option<&'a [Lanes<f64>]>,
-}
-
-/// What is known of the rows before any place asks; kept between evaluations.
-#[derive(Debug, Default)]
-pub(super) struct Scratch<T> {
-    one: BlockSums<2>,
-    two: BlockSums<3>,
-    total: Vec<Lanes<f64>>,
-    cell_rows: Vec<Lanes<T>>,
-    cell_sums: Vec<Lanes<f64>>,
-}
-
-/// Places that ask together.
-pub(super) const CHUNK: usize = 64;
-
-/// Σ e·rows and Σ rows over the admitted places, of [`CHUNK`] places that ask, for one tile.
-#[derive(Debug)]
-pub(super) struct Answers {
-    pub weighted: [Lanes<f64>; CHUNK],
-    pub unweighted: [Lanes<f64>; CHUNK],
-    cuts_of_one: Cuts<2>,
-    cuts_of_two: Cuts<3>,
-}
-
-impl Answers {
-    #[inline(always)]
-    pub(super) fn new() -> Self {
-        Self {
-            weighted: [Lanes::default(); CHUNK],
-            unweighted: [Lanes::default(); CHUNK],
-            cuts_of_one: std::array::from_fn(|_| Cut::new()),
-            cuts_of_two: std::array::from_fn(|_| Cut::new()),
-        }
-    }
-}
-
 impl PriorOperator {
     /// The prior `uncertainty` of robots truly at `truths`, over `candidates`.
     ///
@@ -127,7 +73,7 @@ impl PriorOperator {
                     Uncertainty::Global => f64::INFINITY,
                     Uncertainty::Window { half_width_m, .. } => half_width_m,
                 };
-                Self::of(Shape::Route(RouteWindows::new(
+                Self::from_shape(Shape::Route(RouteWindows::new(
                     half_width_m,
                     truths,
                     candidates,
@@ -135,12 +81,12 @@ impl PriorOperator {
             }
             (Places::Plane(t), Places::Plane(c), Uncertainty::Global) => {
                 if t.len().max(c.len()) > MOST_EXACT_PLACES {
-                    Self::of(Shape::Cells(Cells::new(t, c, CELL_SIDE_M)))
+                    Self::from_shape(Shape::Cells(Cells::new(t, c, CELL_SIDE_M)))
                 } else {
-                    Self::of(Shape::AllPairs(AllPairs::new(t, c)))
+                    Self::from_shape(Shape::AllPairs(AllPairs::new(t, c)))
                 }
             }
-            _ => Self::of(Shape::Sparse(SparseRows::within(
+            _ => Self::from_shape(Shape::Sparse(SparseRows::within(
                 uncertainty,
                 truths,
                 candidates,
@@ -155,7 +101,9 @@ impl PriorOperator {
     /// Where the places lie along a route: there [`new`](Self::new) is exact and cheap.
     pub fn everywhere(truths: &Places, candidates: &Places) -> Result<Self> {
         let (truths, candidates) = in_the_plane(truths, candidates)?;
-        Ok(Self::of(Shape::AllPairs(AllPairs::new(truths, candidates))))
+        Ok(Self::from_shape(Shape::AllPairs(AllPairs::new(
+            truths, candidates,
+        ))))
     }
 
     /// A global prior in the plane by square cells of `side_m` metres (Thrun 1998, 4.4.2 item 2): e(ξ*, ξ) is taken
@@ -179,7 +127,7 @@ impl PriorOperator {
                 "cells of {side_m} m: expected a positive side"
             )));
         }
-        Ok(Self::of(Shape::Cells(Cells::new(
+        Ok(Self::from_shape(Shape::Cells(Cells::new(
             truths, candidates, side_m,
         ))))
     }
@@ -202,7 +150,7 @@ impl PriorOperator {
         candidates: &Places,
         error_m: impl Fn(usize, usize) -> f64 + Sync,
     ) -> Self {
-        Self::of(Shape::Sparse(SparseRows::with_error(
+        Self::from_shape(Shape::Sparse(SparseRows::with_error(
             uncertainty,
             truths,
             candidates,
@@ -210,27 +158,15 @@ impl PriorOperator {
         )))
     }
 
-    fn of(shape: Shape) -> Self {
-        let (truths, candidates) = match &shape {
-            Shape::Route(s) => s.counts(),
-            Shape::Sparse(s) => s.counts(),
-            Shape::AllPairs(s) => s.counts(),
-            Shape::Cells(s) => s.counts(),
-        };
-        let window_sizes = match &shape {
-            Shape::Route(s) => s.window_sizes(),
-            Shape::Sparse(s) => s.window_sizes(),
-            Shape::AllPairs(_) | Shape::Cells(_) => vec![candidates; truths],
-        };
-        let mut operator = Self {
-            shape,
+    fn from_shape(shape: Shape) -> Self {
+        let (truths, candidates) = shape.counts();
+        Self {
             truths,
             candidates,
-            window_sizes,
-            prior_error_m: Array1::zeros(truths),
-        };
-        operator.prior_error_m = operator.mean_errors();
-        operator
+            window_sizes: shape.window_sizes(),
+            prior_error_m: mean_errors_m(&shape),
+            shape,
+        }
     }
 
     /// Prior error of every truth in metres, Σ_ξ e(ξ*, ξ)·Bel(ξ) (Thrun 1998, eq. 21).
@@ -263,99 +199,81 @@ impl PriorOperator {
         self.window_sizes[truth]
     }
 
-    /// The order in which rows of a side's places must come; `None`: as they are.
-    pub(super) fn order(&self, side: Asking) -> Option<&[usize]> {
-        match &self.shape {
-            Shape::Route(s) => s.order(side),
-            _ => None,
-        }
+    /// The order in which rows of the truths must come; `None`: as they are.
+    pub(super) fn truth_order(&self) -> Option<&[usize]> {
+        self.shape.truth_order()
     }
 
-    /// For every chunk of the map's rows, what is to be done with it before any truth asks.
-    pub(super) fn take_in_map<'a, T>(
+    /// The order in which rows of the candidates must come; `None`: as they are.
+    pub(super) fn candidate_order(&self) -> Option<&[usize]> {
+        self.shape.candidate_order()
+    }
+
+    /// One for every chunk of the map's rows, to be given them before [`prepare`](Self::prepare).
+    pub(super) fn map_accumulators<'a, T>(
         &'a self,
         tiles: usize,
         scratch: &'a mut Scratch<T>,
-    ) -> Vec<TakeIn<'a, 2>> {
-        let chunks = self.candidates.div_ceil(CHUNK);
-        to_take_in(
-            self.asked_x_m(Asking::Truths),
-            chunks,
-            tiles,
-            &mut scratch.one,
-        )
+    ) -> Vec<Accumulator<'a, 2>> {
+        self.shape.map_accumulators(tiles, scratch)
     }
 
-    /// For every chunk of the truths' rows, what is to be done with it before any candidate asks.
-    pub(super) fn take_in_truths<'a, T>(
+    /// One for every chunk of the truths' rows, to be given them before [`prepare_transpose`](Self::prepare_transpose).
+    pub(super) fn truth_accumulators<'a, T>(
         &'a self,
         tiles: usize,
         scratch: &'a mut Scratch<T>,
-    ) -> Vec<TakeIn<'a, 3>> {
-        let chunks = self.truths.div_ceil(CHUNK);
-        to_take_in(
-            self.asked_x_m(Asking::Candidates),
-            chunks,
-            tiles,
-            &mut scratch.two,
-        )
+    ) -> Vec<Accumulator<'a, 3>> {
+        self.shape.truth_accumulators(tiles, scratch)
     }
 
-    fn asked_x_m(&self, asking: Asking) -> Option<&[f64]> {
-        match &self.shape {
-            Shape::Route(s) => Some(s.asked_x_m(asking)),
-            _ => None,
-        }
-    }
-
-    /// Makes ready for questions, once all chunks of rows are taken in.
+    /// What [`apply`](Self::apply) needs of the map's rows as a whole.
     pub(super) fn prepare<T: Real>(
         &self,
-        asking: Asking,
         rows: &Rows<T>,
         scratch: &mut Scratch<T>,
-        vectors: Vectors,
+        instructions: InstructionSet,
     ) {
-        match (&self.shape, rows.unweighted) {
-            (Shape::Route(_), None) => scratch.one.close(rows.tiles),
-            (Shape::Route(_), Some(_)) => scratch.two.close(rows.tiles),
-            (Shape::Sparse(_), _) => {}
-            (Shape::AllPairs(_), _) => all_pairs::add_up(rows, &mut scratch.total, vectors),
-            (Shape::Cells(s), _) => s.prepare(asking, rows, scratch, vectors),
-        }
+        self.shape.prepare(rows, scratch, instructions);
     }
 
-    /// Answers the places `asking`, numbers `places` in their order, at most [`CHUNK`] of them, from rows prepared.
-    #[inline(always)]
-    pub(super) fn answer<T: Real>(
+    /// What [`apply_transpose`](Self::apply_transpose) needs of the truths' rows as a whole.
+    pub(super) fn prepare_transpose<T: Real>(
         &self,
-        asking: Asking,
-        places: Range<usize>,
+        rows: &Rows<T>,
+        scratch: &mut Scratch<T>,
+        instructions: InstructionSet,
+    ) {
+        self.shape.prepare_transpose(rows, scratch, instructions);
+    }
+
+    /// A·rows and Bel·rows but for the height of each belief: Σ e·rows and Σ rows over the candidates that the priors of
+    /// `truths` admit, numbers in their order and at most [`CHUNK`] of them, one tile of the map's rows.
+    #[inline(always)]
+    pub(super) fn apply<T: Real>(
+        &self,
+        truths: Range<usize>,
         tile: usize,
         rows: &Rows<T>,
         scratch: &Scratch<T>,
-        answers: &mut Answers,
+        sums: &mut PriorSums,
     ) {
-        match &self.shape {
-            Shape::Route(s) => {
-                s.answer(
-                    asking,
-                    places,
-                    tile,
-                    rows,
-                    &scratch.one,
-                    &scratch.two,
-                    answers,
-                );
-            }
-            Shape::Sparse(s) => s.answer(asking, places, tile, rows, answers),
-            Shape::AllPairs(s) => {
-                let weighted = &mut answers.weighted[..places.len()];
-                s.answer(asking, places.clone(), tile, rows, weighted);
-                answers.unweighted[..places.len()].fill(scratch.total[tile]);
-            }
-            Shape::Cells(s) => s.answer(asking, places, tile, rows.tiles, scratch, answers),
-        }
+        self.shape.apply(truths, tile, rows, scratch, sums);
+    }
+
+    /// Aᵀ·rows and Belᵀ·rows likewise: Σ e·rows and Σ rows over the truths whose priors admit `candidates`, one tile of
+    /// the truths' rows, whose weighted and unweighted rows differ.
+    #[inline(always)]
+    pub(super) fn apply_transpose<T: Real>(
+        &self,
+        candidates: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        scratch: &Scratch<T>,
+        sums: &mut PriorSums,
+    ) {
+        let shape = &self.shape;
+        shape.apply_transpose(candidates, tile, rows, scratch, sums);
     }
 }
 

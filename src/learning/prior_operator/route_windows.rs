@@ -1,34 +1,20 @@
 //! Along a route every window is a contiguous range of the places in order.
 
 use super::{
-    Answers, Asking, Rows,
-    block_sums::{BlockSums, answer},
+    rows::Rows,
+    window_sums::{RoutePlaces, Window, window_sums},
+    workspace::{PriorSums, Scratch},
 };
 use crate::learning::lanes::Real;
 use std::ops::Range;
 
-/// Truths and candidates along a route, each in the order of their coordinate, and what each sees of the other.
+/// Truths and candidates along a route, each in the order of their coordinate, and the window of each among the other.
 pub struct RouteWindows {
-    truths: Side,
-    candidates: Side,
-}
-
-/// The places of one side, in order.
-pub(super) struct Side {
-    /// Coordinates, in metres from the middle of the route: smaller numbers cancel less.
-    pub(super) x_m: Vec<f64>,
-    /// Of every place: its window among the other side's places in order. All three cuts grow from place to place.
-    pub(super) window: Vec<Window>,
+    truths: RoutePlaces,
+    candidates: RoutePlaces,
     /// Numbers of the places as they came; `None`: they came in order.
-    order: Option<Vec<usize>>,
-}
-
-/// A range of places in order, cut where the place that looks would stand itself.
-#[derive(Clone, Copy)]
-pub(super) struct Window {
-    pub(super) first: usize,
-    pub(super) here: usize,
-    pub(super) end: usize,
+    truth_order: Option<Vec<usize>>,
+    candidate_order: Option<Vec<usize>>,
 }
 
 impl RouteWindows {
@@ -37,16 +23,16 @@ impl RouteWindows {
         let (truth_x_m, truth_order) = in_order(truths, middle);
         let (candidate_x_m, candidate_order) = in_order(candidates, middle);
         Self {
-            truths: Side {
+            truths: RoutePlaces {
                 window: windows(&truth_x_m, &candidate_x_m, half_width_m),
                 x_m: truth_x_m.clone(),
-                order: truth_order,
             },
-            candidates: Side {
+            candidates: RoutePlaces {
                 window: windows(&candidate_x_m, &truth_x_m, half_width_m),
                 x_m: candidate_x_m,
-                order: candidate_order,
             },
+            truth_order,
+            candidate_order,
         }
     }
 
@@ -59,67 +45,72 @@ impl RouteWindows {
     pub(super) fn window_sizes(&self) -> Vec<usize> {
         let mut sizes = vec![0; self.truths.window.len()];
         for (place, window) in self.truths.window.iter().enumerate() {
-            let order = self.truths.order.as_ref();
+            let order = self.truth_order();
             sizes[order.map_or(place, |order| order[place])] = window.end - window.first;
         }
         sizes
     }
 
-    pub(super) fn order(&self, side: Asking) -> Option<&[usize]> {
-        match side {
-            Asking::Truths => self.truths.order.as_deref(),
-            Asking::Candidates => self.candidates.order.as_deref(),
-        }
+    pub(super) fn truth_order(&self) -> Option<&[usize]> {
+        self.truth_order.as_deref()
     }
 
-    fn sides(&self, asking: Asking) -> (&Side, &Side) {
-        match asking {
-            Asking::Truths => (&self.truths, &self.candidates),
-            Asking::Candidates => (&self.candidates, &self.truths),
-        }
+    pub(super) fn candidate_order(&self) -> Option<&[usize]> {
+        self.candidate_order.as_deref()
     }
 
-    /// Coordinates of the places that `asking` asks about, in order.
-    pub(super) fn asked_x_m(&self, asking: Asking) -> &[f64] {
-        &self.sides(asking).1.x_m
+    /// Coordinates of the truths, in order.
+    pub(super) fn truth_x_m(&self) -> &[f64] {
+        &self.truths.x_m
     }
 
+    /// Coordinates of the candidates, in order.
+    pub(super) fn candidate_x_m(&self) -> &[f64] {
+        &self.candidates.x_m
+    }
+
+    /// Sums over the candidates in the windows of some truths.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "one sum for each kind of rows")]
-    pub(super) fn answer<T: Real>(
+    pub(super) fn apply<T: Real>(
         &self,
-        asking: Asking,
-        places: Range<usize>,
+        truths: Range<usize>,
         tile: usize,
         rows: &Rows<T>,
-        one: &BlockSums<2>,
-        two: &BlockSums<3>,
-        answers: &mut Answers,
+        scratch: &Scratch<T>,
+        sums: &mut PriorSums,
     ) {
-        let sides = self.sides(asking);
-        let Answers {
-            weighted,
-            unweighted,
-            cuts_of_one,
-            cuts_of_two,
-        } = answers;
-        let out = (&mut weighted[..], &mut unweighted[..]);
-        match rows.unweighted {
-            None => answer(sides, places, tile, rows, one, cuts_of_one, out),
-            Some(_) => answer(sides, places, tile, rows, two, cuts_of_two, out),
-        }
+        let sides = (&self.truths, &self.candidates);
+        let out = (&mut sums.weighted[..], &mut sums.unweighted[..]);
+        let (blocks, cuts) = (&scratch.map_blocks, &mut sums.map_cuts);
+        window_sums(sides, truths, tile, rows, blocks, cuts, out);
+    }
+
+    /// Sums over the truths in the windows of some candidates.
+    #[inline(always)]
+    pub(super) fn apply_transpose<T: Real>(
+        &self,
+        candidates: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        scratch: &Scratch<T>,
+        sums: &mut PriorSums,
+    ) {
+        let sides = (&self.candidates, &self.truths);
+        let out = (&mut sums.weighted[..], &mut sums.unweighted[..]);
+        let (blocks, cuts) = (&scratch.truth_blocks, &mut sums.truth_cuts);
+        window_sums(sides, candidates, tile, rows, blocks, cuts, out);
     }
 }
 
-/// Of every place `from`, in order: its window `to` the other side, in order.
+/// The window of every place of one side, in order, among the other side's, in order.
 fn windows(from: &[f64], to: &[f64], half_width_m: f64) -> Vec<Window> {
     // |x_j − x_i| ≤ w as computed, so that windows are symmetric under rounding.
-    let look = |&x: &f64| Window {
+    let window = |&x: &f64| Window {
         first: to.partition_point(|&other| other < x && (x - other) > half_width_m),
         here: to.partition_point(|&other| other < x),
         end: to.partition_point(|&other| other <= x || (other - x) <= half_width_m),
     };
-    from.iter().map(look).collect()
+    from.iter().map(window).collect()
 }
 
 /// Coordinates from the middle in order, and the numbers they came with where that was another order.
@@ -127,8 +118,8 @@ fn in_order(values: &[f64], middle: f64) -> (Vec<f64>, Option<Vec<usize>>) {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let x_m = order.iter().map(|&k| values[k] - middle).collect();
-    let as_they_came = order.iter().enumerate().all(|(place, &k)| place == k);
-    (x_m, (!as_they_came).then_some(order))
+    let already_in_order = order.iter().enumerate().all(|(place, &k)| place == k);
+    (x_m, (!already_in_order).then_some(order))
 }
 
 fn centre(values: &[f64]) -> f64 {

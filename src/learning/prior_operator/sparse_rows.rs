@@ -1,6 +1,6 @@
 //! In the plane a window admits a few candidates a truth: rows that hold only those.
 
-use super::{Answers, Asking, Rows};
+use super::{rows::Rows, workspace::PriorSums};
 use crate::{
     belief::{Places, Uncertainty},
     learning::lanes::{LANES, Lanes, Real},
@@ -11,9 +11,10 @@ use std::ops::Range;
 
 /// Only the admitted pairs, with their errors, by truths and by candidates.
 pub struct SparseRows {
-    of_truths: Lists,
-    /// `None`: truths and candidates are the same places, and so are the lists.
-    of_candidates: Option<Lists>,
+    /// For every truth its candidates.
+    truths: Lists,
+    /// For every candidate its truths; `None`: they are the same places, and so are the lists.
+    candidates: Option<Lists>,
 }
 
 /// A list of places and errors for each place of a side, one after the other.
@@ -31,12 +32,13 @@ impl SparseRows {
     /// With the distance as error.
     pub(super) fn within(uncertainty: Uncertainty, truths: &Places, candidates: &Places) -> Self {
         let error_m = |t, c| truths.distance_m(t, candidates, c);
-        let of_truths = Lists::new(uncertainty, truths, candidates, error_m);
+        let truth_lists = Lists::new(uncertainty, truths, candidates, error_m);
         // Distance and turn are symmetric to the bit.
-        let of_candidates = (truths != candidates).then(|| of_truths.turned(candidates.len()));
+        let candidate_lists =
+            (truths != candidates).then(|| truth_lists.transposed(candidates.len()));
         Self {
-            of_truths,
-            of_candidates,
+            truths: truth_lists,
+            candidates: candidate_lists,
         }
     }
 
@@ -47,50 +49,72 @@ impl SparseRows {
         candidates: &Places,
         error_m: impl Fn(usize, usize) -> f64 + Sync,
     ) -> Self {
-        let of_truths = Lists::new(uncertainty, truths, candidates, error_m);
-        let of_candidates = Some(of_truths.turned(candidates.len()));
+        let truth_lists = Lists::new(uncertainty, truths, candidates, error_m);
+        let candidate_lists = Some(truth_lists.transposed(candidates.len()));
         Self {
-            of_truths,
-            of_candidates,
+            truths: truth_lists,
+            candidates: candidate_lists,
         }
     }
 
     /// Numbers of truths and candidates.
     pub(super) fn counts(&self) -> (usize, usize) {
-        let candidates = self.of_candidates.as_ref().unwrap_or(&self.of_truths);
-        (self.of_truths.places(), candidates.places())
+        let candidates = self.candidates.as_ref().unwrap_or(&self.truths);
+        (self.truths.places(), candidates.places())
     }
 
     /// Candidates that the prior of every truth admits.
     pub(super) fn window_sizes(&self) -> Vec<usize> {
-        let starts = self.of_truths.start.windows(2);
-        starts.map(|of| of[1] - of[0]).collect()
+        let starts = self.truths.start.windows(2);
+        starts.map(|ends| ends[1] - ends[0]).collect()
     }
 
+    /// Sums over the candidates that the priors of some truths admit.
     #[inline(always)]
-    pub(super) fn answer<T: Real>(
+    pub(super) fn apply<T: Real>(
         &self,
-        asking: Asking,
+        truths: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        sums: &mut PriorSums,
+    ) {
+        self.truths.sums(truths, tile, rows, sums);
+    }
+
+    /// Sums over the truths whose priors admit some candidates.
+    #[inline(always)]
+    pub(super) fn apply_transpose<T: Real>(
+        &self,
+        candidates: Range<usize>,
+        tile: usize,
+        rows: &Rows<T>,
+        sums: &mut PriorSums,
+    ) {
+        let lists = self.candidates.as_ref().unwrap_or(&self.truths);
+        lists.sums(candidates, tile, rows, sums);
+    }
+}
+
+impl Lists {
+    #[inline(always)]
+    fn sums<T: Real>(
+        &self,
         places: Range<usize>,
         tile: usize,
         rows: &Rows<T>,
-        answers: &mut Answers,
+        sums: &mut PriorSums,
     ) {
-        let lists = match (asking, &self.of_candidates) {
-            (Asking::Candidates, Some(lists)) => lists,
-            _ => &self.of_truths,
-        };
         for (place, (weighted, unweighted)) in
-            places.zip(answers.weighted.iter_mut().zip(&mut answers.unweighted))
+            places.zip(sums.weighted.iter_mut().zip(&mut sums.unweighted))
         {
-            let pairs = lists.start[place]..lists.start[place + 1];
-            let (index, error_m) = (&lists.index[pairs.clone()], &lists.error_m[pairs]);
+            let pairs = self.start[place]..self.start[place + 1];
+            let (index, error_m) = (&self.index[pairs.clone()], &self.error_m[pairs]);
             let (mut weighed, mut summed) = (Lanes::<f64>::default(), Lanes::<f64>::default());
             for (&index, &error_m) in index.iter().zip(error_m) {
                 let a = &rows.weighted[index as usize * rows.tiles + tile];
                 for l in 0..LANES {
-                    weighed[l] += error_m * a[l].wide();
-                    summed[l] += a[l].wide();
+                    weighed[l] += error_m * a[l].to_f64();
+                    summed[l] += a[l].to_f64();
                 }
             }
             if let Some(unweighted_rows) = rows.unweighted {
@@ -105,9 +129,7 @@ impl SparseRows {
             (*weighted, *unweighted) = (weighed, summed);
         }
     }
-}
 
-impl Lists {
     fn new(
         uncertainty: Uncertainty,
         truths: &Places,
@@ -124,7 +146,7 @@ impl Lists {
             let found: Vec<Vec<(u32, f64)>> = slab
                 .map(|truth| {
                     let admitted = near
-                        .of(truths, truth)
+                        .candidates_of(truths, truth)
                         .into_iter()
                         .filter(|&c| uncertainty.admits(truths, truth, candidates, c as usize));
                     admitted.map(|c| (c, error_m(truth, c as usize))).collect()
@@ -134,10 +156,10 @@ impl Lists {
                 lists.index.push(*index);
                 lists.error_m.push(*error_m);
             }
-            for of_one in &found {
+            for list in &found {
                 lists
                     .start
-                    .push(lists.start[lists.start.len() - 1] + of_one.len());
+                    .push(lists.start[lists.start.len() - 1] + list.len());
             }
         }
         lists
@@ -148,7 +170,7 @@ impl Lists {
     }
 
     /// The same pairs by the other side's places.
-    fn turned(&self, others: usize) -> Self {
+    fn transposed(&self, others: usize) -> Self {
         let mut start = vec![0; others + 1];
         for &other in &self.index {
             start[other as usize + 1] += 1;
@@ -210,7 +232,7 @@ impl Near {
     }
 
     /// In the order of their numbers.
-    fn of(&self, truths: &Places, truth: usize) -> Vec<u32> {
+    fn candidates_of(&self, truths: &Places, truth: usize) -> Vec<u32> {
         match (&self.tree, truths) {
             (Some((tree, radius_m)), Places::Plane(poses)) => {
                 let at = [poses[truth].x_m, poses[truth].y_m];

@@ -1,12 +1,7 @@
 //! The operator's windows, and the error bound of its cells.
 
 use super::*;
-use crate::{
-    geometry::Pose,
-    learning::objective::{equal_weights, evaluate},
-    seed::Seed,
-};
-use ndarray::Array2;
+use crate::{geometry::Pose, seed::Seed};
 use rand::RngExt;
 
 fn plane(x: &[f64]) -> Places {
@@ -61,29 +56,6 @@ fn no_error_between_cells_is_off_by_more_than_their_diagonal() {
 }
 
 #[test]
-fn the_objective_by_cells_is_near_the_exact_one_and_meets_it() {
-    let (truths, candidates) = (hall("truths", 300), hall("candidates", 400));
-    let mut random = Seed(6).stream("activations");
-    let mut activations = |k| Array2::from_shape_simple_fn((k, 5), || random.random::<f64>());
-    let (g, m) = (activations(300), activations(400));
-    let weight = equal_weights(300);
-    let at = |prior: &PriorOperator| evaluate(prior, g.view(), m.view(), weight.view()).unwrap();
-    let exact = at(&PriorOperator::everywhere(&truths, &candidates).unwrap());
-    for side_m in [1.0, 0.25, 1e-4] {
-        let cells = at(&PriorOperator::everywhere_in_cells(&truths, &candidates, side_m).unwrap());
-        let off_m = (cells.posterior_error_m - exact.posterior_error_m).abs();
-        assert!(off_m <= side_m * 2f64.sqrt(), "{side_m}: {off_m}");
-    }
-    let fine = at(&PriorOperator::everywhere_in_cells(&truths, &candidates, 1e-6).unwrap());
-    for (a, b) in [
-        (&fine.truth_gradient, &exact.truth_gradient),
-        (&fine.map_gradient, &exact.map_gradient),
-    ] {
-        assert!((a - b).iter().all(|d| d.abs() < 1e-7));
-    }
-}
-
-#[test]
 fn many_places_in_the_plane_are_taken_by_cells() {
     let (few, many) = (hall("few", 10), hall("many", MOST_EXACT_PLACES + 1));
     let shape = |c| PriorOperator::new(Uncertainty::Global, &few, c).shape;
@@ -92,12 +64,12 @@ fn many_places_in_the_plane_are_taken_by_cells() {
 }
 
 #[test]
-fn cells_and_distances_ask_for_the_plane() {
+fn cells_and_distances_need_the_plane() {
     let (route, hall) = (Places::Route(vec![0.0]), hall("few", 3));
     assert!(PriorOperator::everywhere(&route, &hall).is_err());
     assert!(PriorOperator::everywhere_in_cells(&hall, &route, 1.0).is_err());
     for side_m in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let told = PriorOperator::everywhere_in_cells(&hall, &hall, side_m);
-        assert!(told.err().is_some_and(|e| e.is_usage()), "{side_m}");
+        let made = PriorOperator::everywhere_in_cells(&hall, &hall, side_m);
+        assert!(made.err().is_some_and(|e| e.is_usage()), "{side_m}");
     }
 }

@@ -1,10 +1,11 @@
 //! The Bayes filter as a file holds it, checked before its grid and its map are built again.
 
-use super::{Bayes, Known, check_compass_sd, check_evidence, frame};
+use super::{Bayes, Known, check_evidence, frame};
 use crate::{
     belief::{Evidence, Grid, GridConfig, OdometryMotion},
     detector::Detector,
     error::{Error, Result},
+    localiser::sensor_model::{Compass, Independent, LearnedFeatures, SensorModel},
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -44,15 +45,20 @@ impl TryFrom<Saved> for Bayes {
                 "bayes: the pose of place {bad} is not finite; expected metres and radians"
             )));
         }
-        if let Some(zero_rad) = saved.compass_zero_rad.filter(|zero| !zero.is_finite()) {
-            return Err(Error::work(format!(
-                "bayes: the compass's zero is at {zero_rad}; expected radians"
-            )));
-        }
-        check_compass_sd(saved.compass_sd_rad)?;
+        let compass = Compass::new(saved.compass_zero_rad.unwrap_or(0.0), saved.compass_sd_rad)
+            .map_err(|e| e.context("bayes"))?;
         let map = known.feature_map()?;
         check_evidence(saved.evidence, known.filters.features())?;
         let grid = Grid::over(map.places(), &saved.grid)?;
+        let features = LearnedFeatures::new(
+            Arc::new(known.filters.clone()),
+            Arc::new(map.at(grid.places())?),
+            saved.evidence,
+        )?;
+        let mut sensors: Vec<Box<dyn SensorModel>> = vec![Box::new(features)];
+        if saved.compass_zero_rad.is_some() {
+            sensors.push(Box::new(compass));
+        }
         Ok(Self {
             sites: frame::sites(&grid, &known),
             evidence: saved.evidence,
@@ -60,7 +66,7 @@ impl TryFrom<Saved> for Bayes {
             motion: saved.motion.checked()?,
             compass_sd_rad: saved.compass_sd_rad,
             compass_zero_rad: saved.compass_zero_rad,
-            map,
+            sensor: Arc::new(Independent::new(sensors)),
             grid: Arc::new(grid),
             known,
         })

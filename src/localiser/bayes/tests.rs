@@ -139,21 +139,22 @@ fn in_the_plane_the_compass_tells_north() {
     let bayes = with(&coarse());
     assert!((bayes.compass_zero_rad.unwrap() + 0.7).abs() < 0.02);
     assert!(median_error_m(&bayes, &recording) < 1.0);
-    // Where its zero is thought to be behind, all headings are wrong, and so is the way that the robot goes.
-    let turned = Bayes {
-        compass_zero_rad: bayes.compass_zero_rad.map(|zero| zero + 3.0),
-        ..bayes.clone()
+    // Where its zero is set behind, all headings are wrong, and so is the way that the robot goes.
+    let with_zero = |compass_zero_rad| {
+        let saved = Saved {
+            compass_zero_rad,
+            ..bayes.clone().into()
+        };
+        Bayes::try_from(saved).unwrap()
     };
+    let turned = with_zero(bayes.compass_zero_rad.map(|zero| zero + 3.0));
     assert!(median_error_m(&turned, &recording) > 3.0);
     // An sd past all turns says nothing: as if there were none.
     let deaf = with(&BayesConfig {
         compass_sd_rad: 1e9,
         ..coarse()
     });
-    let without = Bayes {
-        compass_zero_rad: None,
-        ..bayes
-    };
+    let without = with_zero(None);
     let trial = &trials(&recording)[3];
     let places = |bayes: &Bayes| -> Vec<Option<Estimate>> {
         let steps = play(bayes, &recording, trial);
@@ -166,17 +167,17 @@ fn in_the_plane_the_compass_tells_north() {
 fn a_map_of_elsewhere_or_of_what_is_asked_later_is_refused() {
     let (recording, known) = in_the_plane();
     let first = first_run(&recording);
-    let told = |known: Known, snapshots: &[usize]| {
+    let refusal = |known: Known, snapshots: &[usize]| {
         let refused = Bayes::new(&coarse(), known, &recording, snapshots);
         refused.unwrap_err().to_string()
     };
     let mut moved = known.clone();
     moved.pose.iter_mut().for_each(|pose| pose.y_m += 300.0);
-    let error = told(moved, &first);
+    let error = refusal(moved, &first);
     assert!(error.starts_with("0 of 180 snapshots"), "{error}");
     // Learning from the second run alone, which is at the same places, the first should not be known.
     let second: Vec<usize> = recording.runs()[1].clone().collect();
-    let error = told(known.clone(), &second);
+    let error = refusal(known.clone(), &second);
     assert!(error.contains("180 snapshots of this recording"), "{error}");
 }
 
@@ -256,17 +257,17 @@ fn scans_past_all_bounds_say_nothing() {
 }
 
 #[test]
-fn constants_that_make_no_sense_are_told_by_name() {
-    let told = |config: BayesConfig, key: &str| {
+fn constants_that_make_no_sense_are_named() {
+    let refused = |config: BayesConfig, key: &str| {
         let error = config.check().unwrap_err();
         assert!(
             error.is_usage() && error.to_string().contains(key),
             "{error}"
         );
     };
-    told(BayesConfig::default(), "bayes.model");
+    refused(BayesConfig::default(), "bayes.model");
     for compass_sd_rad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        told(
+        refused(
             BayesConfig {
                 compass_sd_rad,
                 ..shipped()
@@ -278,7 +279,7 @@ fn constants_that_make_no_sense_are_told_by_name() {
         stall_probability: 2.0,
         ..OdometryMotion::default()
     };
-    told(
+    refused(
         BayesConfig {
             motion: Some(motion),
             ..shipped()
@@ -289,7 +290,7 @@ fn constants_that_make_no_sense_are_told_by_name() {
         cell_m: 0.0,
         ..GridConfig::default()
     };
-    told(BayesConfig { grid, ..shipped() }, "cell_m");
+    refused(BayesConfig { grid, ..shipped() }, "cell_m");
     let missing = BayesConfig {
         model: "no-such-model.safetensors".into(),
         ..shipped()

@@ -135,6 +135,7 @@ impl<'a> Hypotheses<'a> {
     /// from the heading that each hypothesis has.
     fn follow(&mut self, now: &Observation) {
         let now = Observation {
+            channels: &[],
             stamp_s: now.stamp_s,
             values: ArrayView1::from(&[]),
             odometry: now.odometry,

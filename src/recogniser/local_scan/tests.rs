@@ -40,6 +40,7 @@ fn room(heading_rad: f64) -> Array1<f32> {
 
 fn seen(values: &Array1<f32>, compass_rad: Option<f64>) -> Observation<'_> {
     Observation {
+        channels: &[],
         stamp_s: 0.0,
         values: values.view(),
         odometry: Pose::default(),

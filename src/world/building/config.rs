@@ -6,10 +6,7 @@ use super::{
     material::MaterialConfig,
     wall::WallConfig,
 };
-use crate::{
-    error::{Error, Result},
-    world::PeopleConfig,
-};
+use crate::{error::Result, toml_file::TomlFile, world::PeopleConfig};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -106,10 +103,6 @@ impl WorldConfig {
     /// # Errors
     /// A usage error that names the line, the key and what was expected.
     pub fn parse(text: &str) -> Result<Self> {
-        toml::from_str(text).map_err(|e| {
-            let before = e.span().map_or(0, |span| span.start.min(text.len()));
-            let line = 1 + text.bytes().take(before).filter(|b| *b == b'\n').count();
-            Error::usage(format!("line {line}: {}", e.message().replace('\n', " ")))
-        })
+        TomlFile::from_text(text).parse()
     }
 }

@@ -13,7 +13,8 @@ use std::collections::BTreeMap;
 pub struct MaterialConfig {
     /// See [`Material::reflectivity`].
     pub reflectivity: Option<f64>,
-    /// See [`Material::critical_angle_rad`], in degrees.
+    /// Largest angle between a ray and the surface's normal at which sound comes back, up to 90 degrees. Beyond it the
+    /// surface is a mirror.
     pub critical_angle_deg: Option<f64>,
     /// See [`Material::infrared`].
     pub infrared: Option<f64>,

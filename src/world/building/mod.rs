@@ -20,7 +20,7 @@ mod wall;
 use crate::{
     error::{Error, Result},
     seed::Seed,
-    storage,
+    toml_file::TomlFile,
     world::{FloorPlan, Light, Material, PeopleConfig, RobotConfig, RunScene, Wall, map_server},
 };
 pub use config::{BuildingConfig, WorldConfig};
@@ -88,12 +88,7 @@ impl Building {
     /// # Errors
     /// Where it can't be read, or as [`Building::new`]; the message begins with the file's name.
     pub fn read(file: &Path) -> Result<Self> {
-        let text = String::from_utf8(storage::read_file(file)?).map_err(|_| {
-            Error::usage(format!("{}: not UTF-8 text; expected TOML", file.display()))
-        })?;
-        WorldConfig::parse(&text)
-            .and_then(|config| Self::new(&config, file.parent()))
-            .map_err(|fault| fault.in_file(file))
+        Self::from_file(&TomlFile::read(file)?, file.parent())
     }
 
     /// The same from a text, which may name no map.
@@ -101,7 +96,11 @@ impl Building {
     /// # Errors
     /// As [`Building::new`].
     pub fn from_text(text: &str) -> Result<Self> {
-        Self::new(&WorldConfig::parse(text)?, None)
+        Self::from_file(&TomlFile::from_text(text), None)
+    }
+
+    fn from_file(text: &TomlFile, folder: Option<&Path>) -> Result<Self> {
+        Self::new(&text.parse()?, folder).map_err(|fault| text.locate(fault))
     }
 
     /// Checks a world; a map's file is looked for in `folder`.

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     seed::Stream,
-    world::{Material, Opening, OpeningKind, Wall, WallLine},
+    world::{Material, OpenDoor, Wall, WallLine},
 };
 use nalgebra::Point2;
 use rand::RngExt;
@@ -275,18 +275,16 @@ impl Polyline {
                     self.cavity(leg, fixture, door.setback_m, faces, everywhere, walls);
                     return;
                 }
-                let opening = Opening {
+                let open = OpenDoor {
                     at_m: fixture.at_m,
                     width_m: fixture.width_m,
-                    kind: OpeningKind::Door {
-                        setback_m: door.setback_m,
-                        opened_rad,
-                        room: door.room,
-                        leaf: door.leaf,
-                        frame: door.frame,
-                    },
+                    setback_m: door.setback_m,
+                    opened_rad,
+                    room: door.room,
+                    leaf: door.leaf,
+                    frame: door.frame,
                 };
-                let pieces = leg.line.inside(&opening).into_iter();
+                let pieces = leg.line.door(&open).into_iter();
                 let some = pieces.filter(|wall| (wall.to - wall.from).norm() > NOTHING_M);
                 walls.extend(some.map(|wall| wall.between(self.low_m, self.high_m)));
             }

@@ -2,6 +2,7 @@
 
 use crate::{
     error::{Error, Result},
+    toml_file::put_over,
     world::{
         Camera, CameraConfig, CompassConfig, Infrared, InfraredConfig, Laser, LaserConfig,
         OdometryConfig, RobotConfig, Sonar, SonarConfig,
@@ -201,21 +202,4 @@ fn parsed<T: DeserializeOwned>(keys: Value, table: &str) -> Result<T> {
     keys.try_into().map_err(|e: toml::de::Error| {
         Error::usage(format!("[{table}]: {}", e.message().replace('\n', " ")))
     })
-}
-
-/// Puts the keys of one table over those of another, table by table.
-fn put_over(under: &mut Value, over: &Value) {
-    match (under, over) {
-        (Value::Table(under), Value::Table(over)) => {
-            for (key, value) in over {
-                match under.get_mut(key) {
-                    Some(place) => put_over(place, value),
-                    None => {
-                        under.insert(key.clone(), value.clone());
-                    }
-                }
-            }
-        }
-        (under, over) => *under = over.clone(),
-    }
 }

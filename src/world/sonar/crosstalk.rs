@@ -5,11 +5,12 @@
 //! hears, the first counts. So two that fire at once hear each other's echoes in a corner or between close walls, and
 //! one that fires soon after another hears the late echoes of that one.
 
-use super::{SonarConfig, config::speed_of_sound_m_per_s};
-use crate::world::{
-    Surroundings,
+use super::{
+    SonarConfig,
+    config::speed_of_sound_m_per_s,
     echo::{STEP_BACK_M, Transducer, cone, mirrored},
 };
+use crate::world::Surroundings;
 use nalgebra::{Point2, Vector2};
 
 /// Replaces each sonar's own echo by another's pulse where that is heard first. `times_s`: when each one sends.

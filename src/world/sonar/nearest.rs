@@ -1,7 +1,8 @@
 //! The plain sonar of Ruiz-Mayor et al. (2006, 4.1): the distance to the nearest piece of wall inside the cone.
 
 use super::SonarConfig;
-use crate::world::{Surroundings, Wall, echo::Transducer};
+use super::echo::Transducer;
+use crate::world::{Surroundings, Wall};
 use nalgebra::Vector2;
 
 /// Distance from the transducer to the nearest point of any wall within its cone, metres, where it is below the

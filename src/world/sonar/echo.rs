@@ -3,8 +3,11 @@
 //! Surfaces are mirrors beyond their critical angle; right-angled corners throw sound back to the sender (Kuc & Siegel,
 //! *Physically based simulation model for acoustic sensor robot navigation*, 1987).
 
-use super::{Hit, SonarConfig, Surroundings};
-use crate::geometry::Pose;
+use super::SonarConfig;
+use crate::{
+    geometry::Pose,
+    world::{Hit, Surroundings},
+};
 use nalgebra::{Point2, Vector2};
 
 /// After a reflection a ray starts this much short of the wall, on the side that it came from, so that rounding can't
@@ -122,8 +125,7 @@ fn unit(angle_rad: f64) -> Vector2<f64> {
 mod tests {
     use super::*;
     use crate::world::{
-        FloorPlan, Material, Opening, OpeningKind, Raycaster, Room, Sonar, Wall, WallLine,
-        floor_plan::round,
+        FloorPlan, Material, OpenDoor, Raycaster, Room, Sonar, Wall, WallLine, floor_plan::round,
     };
     use std::f64::consts::PI;
 
@@ -232,26 +234,26 @@ mod tests {
             after_m: 1.0,
             depth_m: 3.0,
         };
-        let kind = OpeningKind::Door {
+        let door = OpenDoor {
+            at_m: 4.0,
+            width_m: 1.0,
             setback_m: 0.12,
             opened_rad: 0.0,
             room,
             leaf: MIRROR,
             frame: MIRROR,
         };
-        let door = Opening {
-            at_m: 4.0,
-            width_m: 1.0,
-            kind,
-        };
+        let face = |from_m, to_m| Wall::new(line.point(from_m, 0.0), line.point(to_m, 0.0), MIRROR);
+        let mut with_door = line.door(&door);
+        with_door.extend([face(0.0, 4.0), face(5.0, 10.0)]);
         // The far corner between leaf and frame lies at (5, 1.12): 1.12 √2 away at 45°, less the ring's radius.
         let pose = Pose::new(3.88, 0.0, PI / 4.0);
-        let heard_m = ahead_m(line.with(&[door]).unwrap(), pose).unwrap();
+        let heard_m = ahead_m(with_door, pose).unwrap();
         assert!(
             (heard_m - (1.12 * 2_f64.sqrt() - 0.26)).abs() < 0.01,
             "{heard_m}"
         );
-        assert_eq!(ahead_m(line.with(&[]).unwrap(), pose), None);
+        assert_eq!(ahead_m(vec![face(0.0, 10.0)], pose), None);
     }
 
     #[test]

@@ -14,25 +14,32 @@
 //! `NAME.0`, `NAME.1`, … (or `NAME_0`, `NAME_1`, …) together are one channel `NAME`; a plain name is a channel of one value. An
 //! empty cell, `nan` or `inf` says that nothing came back. Channels named `laser`, `rear_laser`, `sonar` or `infrared`, and
 //! those whose name ends in `_m`, are in metres; a unit in brackets says otherwise: `light[lux]`, `sonar.0[cm]`.
-//! A picture becomes the channel `camera` of 140 values ([`super::image::features`]); an empty cell says that there is
+//! A picture becomes the channel `camera` of 140 values ([`features`](crate::recording::image::features)); an empty cell says that there is
 //! none, and a `frame` or `image` column of numbers is a sensor like any other.
 //! Values are taken as they stand: no maximum is looked for, since not every sensor measures a range.
 
 mod frames;
 mod header;
 
-use super::{Columns, Recording, account::Account, carmen::OdometrySource, log::Log, ranges};
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    recording::{
+        Columns, Recording,
+        account::Account,
+        log::{Log, OdometrySource},
+        ranges,
+    },
+};
 use ::csv::{ByteRecord, Reader, ReaderBuilder, Trim};
 use header::{Header, Row};
-use ndarray::{Array2, Axis};
+use ndarray::Array2;
 use std::path::Path;
 
 /// Rows read at a time; pictures of as many are decoded side by side.
 const BATCH: usize = 256;
 
 /// Does the first line read like such a header?
-pub(super) fn looks_like_one(bytes: &[u8]) -> bool {
+pub(super) fn detect(bytes: &[u8]) -> bool {
     let first = bytes.split(|b| *b == b'\n').next().unwrap_or_default();
     let first = String::from_utf8_lossy(first);
     let mut names = first
@@ -48,7 +55,7 @@ pub(super) fn looks_like_one(bytes: &[u8]) -> bool {
 /// account.
 ///
 /// ```
-/// use ballmark::recording::csv::read;
+/// use ballmark::recording::format::csv::read;
 /// let table = b"time_s,x_m,y_m,heading_rad,sonar.0,sonar.1,light[lux]\n0.5,1,2,0,3.5,,80\n";
 /// let log = read("walk.csv".as_ref(), table, None)?;
 /// let channels = log.recording.channels();
@@ -124,17 +131,8 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> 
     columns.values =
         Array2::from_shape_vec((k, width), values).map_err(|e| Error::file(path, e))?;
     columns.channels = header.channels;
-    let mut first = 0;
-    for channel in &mut columns.channels {
-        let end = first + channel.width;
-        if let Some(maximum) = max_range_m.filter(|_| channel.unit == "m") {
-            ranges::blank_no_returns(
-                columns.values.slice_axis_mut(Axis(1), (first..end).into()),
-                Some(maximum),
-            );
-            channel.maximum = Some(maximum);
-        }
-        first = end;
+    if let Some(maximum_m) = max_range_m {
+        ranges::limit_channels_in_metres(&mut columns, maximum_m);
     }
     let odometry = match header.odometry {
         Some(_) => OdometrySource::Stated,

@@ -8,7 +8,7 @@
 //!
 //! The place of a snapshot is the first pose of its line; for lines without one the `VERTEX2` line right before, else the last
 //! `ODOM` line. A `VERTEX2` right before a line that states another pose (by more than 1 cm or 0.01 rad) wins, and the line's
-//! pose is odometry: the graph was optimised after the line was written. How odometry is found is told in [`OdometrySource`].
+//! pose is odometry: the graph was optimised after the line was written. Where odometry may come from: [`OdometrySource`].
 //!
 //! A snapshot whose place is more than 5 m from the one before, without the odometry saying so, starts a new run: the log has
 //! a gap there. Stamps are kept as recorded, and the order of lines is the order of time, since clocks in real logs are
@@ -17,12 +17,15 @@
 mod message;
 mod odometry;
 
-pub use odometry::OdometrySource;
-
-use super::{Channel, Columns, Recording, account::Account, log::Log, ranges};
 use crate::{
     error::{Error, Result},
     geometry::Pose,
+    recording::{
+        Channel, Columns, Recording,
+        account::Account,
+        log::{Log, OdometrySource},
+        ranges,
+    },
 };
 use message::{Message, Scan};
 use ndarray::{Array2, Axis};
@@ -58,7 +61,7 @@ enum Event {
 }
 
 /// Is one of the first lines a message that CARMEN writes?
-pub(super) fn looks_like_one(bytes: &[u8]) -> bool {
+pub(super) fn detect(bytes: &[u8]) -> bool {
     let lines = bytes.split(|b| *b == b'\n').take(1000);
     lines.map(message::kind).any(message::is_known)
 }
@@ -69,7 +72,7 @@ pub(super) fn looks_like_one(bytes: &[u8]) -> bool {
 /// Where the log has no scan, or no pose for any scan. A damaged line is no error but an entry in the account.
 ///
 /// ```
-/// use ballmark::recording::carmen::read;
+/// use ballmark::recording::format::carmen::read;
 /// let text = b"FLASER 2 1.5 81.91 3 4 0 3 4 0 0.1 host 0.1\nNEFF 2.0\n";
 /// let log = read("walk.log".as_ref(), text, None)?;
 /// assert_eq!(log.recording.poses()[0].x_m, 3.0);

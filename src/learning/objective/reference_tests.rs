@@ -1,69 +1,15 @@
-//! The objective against a dense reference, in both precisions, and the same bits from every number of threads and
-//! every kind of vectors.
+//! The objective against its dense reference, in both precisions, and the same bits from every number of threads and
+//! every set of instructions.
 
 use super::*;
 use crate::{
     belief::{Places, Uncertainty},
     geometry::Pose,
     seed::{Seed, Stream},
+    simd::InstructionSet,
 };
+use ndarray::{Array1, Array2};
 use rand::RngExt;
-
-/// E, ∂E/∂g of the truths and of the map, from K×K matrices as the module's equations have them, in `f64`; shares no
-/// code with the objective but e and the window.
-fn dense(
-    bel: &Array2<f64>,
-    e: &Array2<f64>,
-    g: &Array2<f64>,
-    m: &Array2<f64>,
-    weight: &Array1<f64>,
-) -> (f64, Array2<f64>, Array2<f64>) {
-    let n = g.ncols();
-    let chance = |g: f64, f: usize, i: usize| if f >> i & 1 == 1 { g } else { 1.0 - g };
-    let outcomes = |g: &Array2<f64>| {
-        Array2::from_shape_fn((g.nrows(), 1 << n), |(k, f)| {
-            (0..n).map(|i| chance(g[[k, i]], f, i)).product::<f64>()
-        })
-    };
-    let (p, map) = (outcomes(g), outcomes(m));
-    let a = e * bel;
-    let (numerator, denominator) = (a.dot(&map), bel.dot(&map));
-    assert!(denominator.iter().all(|&d| d == 0.0 || d > 1e-12));
-    let denominator = denominator.mapv(|d| d.max(1e-12)); // where no candidate is admitted
-    let w = weight.view().insert_axis(ndarray::Axis(1));
-    let error = &numerator / &denominator;
-    let of_p = &error * &w;
-    let u = &p * &w / &denominator;
-    let of_m = a.t().dot(&u) - bel.t().dot(&(&u * &error));
-    let back = |of_p: &Array2<f64>, g: &Array2<f64>| {
-        Array2::from_shape_fn(g.raw_dim(), |(k, i)| {
-            let others = |f: usize| {
-                (0..n)
-                    .filter(|&j| j != i)
-                    .map(|j| chance(g[[k, j]], f, j))
-                    .product::<f64>()
-            };
-            let sign = |f: usize| if f >> i & 1 == 1 { 1.0 } else { -1.0 };
-            (0..1 << n)
-                .map(|f| of_p[[k, f]] * sign(f) * others(f))
-                .sum()
-        })
-    };
-    ((&p * &of_p).sum(), back(&of_p, g), back(&of_m, m))
-}
-
-/// Bel and e, `[truth, candidate]`.
-fn matrices(uncertainty: Uncertainty, truths: &Places, candidates: &Places) -> [Array2<f64>; 2] {
-    let shape = (truths.len(), candidates.len());
-    let inside = Array2::from_shape_fn(shape, |(t, c)| {
-        f64::from(u8::from(uncertainty.admits(truths, t, candidates, c)))
-    });
-    let sizes = inside
-        .sum_axis(ndarray::Axis(1))
-        .insert_axis(ndarray::Axis(1));
-    let e = Array2::from_shape_fn(shape, |(t, c)| truths.distance_m(t, candidates, c));
-    [inside / sizes.mapv(|size| size.max(1.0)), e]
-}
 
 struct Case {
     uncertainty: Uncertainty,
@@ -133,7 +79,7 @@ fn cases() -> Vec<Case> {
 }
 
 fn all<T: Real>(e: &Evaluation<T>) -> (f64, Array2<f64>, Array2<f64>) {
-    let wide = |a: &Array2<T>| a.mapv(T::wide);
+    let wide = |a: &Array2<T>| a.mapv(T::to_f64);
     (
         e.posterior_error_m,
         wide(&e.truth_gradient),
@@ -160,13 +106,18 @@ fn holds<T: Real>(tolerance: f64) {
             m,
             weight,
         } = case;
-        let [bel, e] = matrices(*uncertainty, truths, candidates);
-        let expected = dense(&bel, &e, g, m, weight);
+        let (bel, e_m) = reference::prior(*uncertainty, truths, candidates);
+        let d = bel.dot(&reference::outcomes(m));
+        assert!(d.iter().all(|&d| d == 0.0 || d > SMALLEST_PROBABILITY));
+        let expected = reference::evaluate(&bel, &e_m, g, m, weight);
+        let prior_error_m = expected.prior_error_m;
+        let expected = all(&expected);
         let prior = PriorOperator::new(*uncertainty, truths, candidates);
-        let (g, m) = (g.mapv(T::of), m.mapv(T::of));
+        let (g, m) = (g.mapv(T::from_f64), m.mapv(T::from_f64));
         let found = objective
             .evaluate(&prior, g.view(), m.view(), weight.view())
             .unwrap();
+        assert!((found.prior_error_m - prior_error_m).abs() <= 1e-12 * prior_error_m);
         let found = all(found);
         let errors = [
             (found.0 - expected.0).abs() / expected.0.max(1e-300),
@@ -195,13 +146,16 @@ fn single_precision_equals_the_dense_reference() {
 }
 
 /// The bits of E and of both gradients.
-fn bits<T: Real>(vectors: Vectors, case: &Case) -> Vec<u64> {
+fn bits<T: Real>(instructions: InstructionSet, case: &Case) -> Vec<u64> {
     let prior = PriorOperator::new(case.uncertainty, &case.truths, &case.candidates);
-    let mut objective = Objective::<T>::on(vectors);
-    let (g, m) = (case.g.mapv(T::of), case.m.mapv(T::of));
+    let mut objective = Objective::<T>::with_instructions(instructions);
+    let (g, m) = (case.g.mapv(T::from_f64), case.m.mapv(T::from_f64));
     let e = objective.evaluate(&prior, g.view(), m.view(), case.weight.view());
-    let (error_m, of_truths, of_map) = all(e.unwrap());
-    let gradients = of_truths.iter().chain(&of_map).map(|v| v.to_bits());
+    let (error_m, truth_gradient, map_gradient) = all(e.unwrap());
+    let gradients = truth_gradient
+        .iter()
+        .chain(&map_gradient)
+        .map(|v| v.to_bits());
     std::iter::once(error_m.to_bits())
         .chain(gradients)
         .collect()
@@ -214,8 +168,8 @@ fn one_two_and_four_threads_give_the_same_bits() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             pool.unwrap().install(|| {
                 [
-                    bits::<f32>(Vectors::Best, &case),
-                    bits::<f64>(Vectors::Best, &case),
+                    bits::<f32>(InstructionSet::Best, &case),
+                    bits::<f64>(InstructionSet::Best, &case),
                 ]
             })
         };
@@ -226,21 +180,21 @@ fn one_two_and_four_threads_give_the_same_bits() {
 }
 
 #[test]
-fn the_best_vectors_and_none_give_the_same_bits() {
+fn the_best_instructions_and_none_give_the_same_bits() {
     for case in cases() {
         assert_eq!(
-            bits::<f32>(Vectors::Best, &case),
-            bits::<f32>(Vectors::Portable, &case)
+            bits::<f32>(InstructionSet::Best, &case),
+            bits::<f32>(InstructionSet::Portable, &case)
         );
         assert_eq!(
-            bits::<f64>(Vectors::Best, &case),
-            bits::<f64>(Vectors::Portable, &case)
+            bits::<f64>(InstructionSet::Best, &case),
+            bits::<f64>(InstructionSet::Portable, &case)
         );
     }
 }
 
 #[test]
-fn an_outcome_that_the_map_never_shows_tells_nothing() {
+fn an_outcome_that_the_map_never_shows_leaves_the_prior_error() {
     let places = Places::Route(vec![0.0, 3.0, 6.0]);
     let prior = PriorOperator::new(Uncertainty::Global, &places, &places);
     let (truth, map) = (
@@ -255,10 +209,10 @@ fn an_outcome_that_the_map_never_shows_tells_nothing() {
 }
 
 #[test]
-fn what_does_not_fit_is_told() {
+fn shapes_that_do_not_fit_are_reported() {
     let places = Places::Route(vec![0.0, 3.0, 6.0]);
     let prior = PriorOperator::new(Uncertainty::Global, &places, &places);
-    let told = |truths: usize, map: usize, weights: usize, n: usize| {
+    let message = |truths: usize, map: usize, weights: usize, n: usize| {
         let g = |k: usize| Array2::<f64>::zeros((k, n));
         evaluate(
             &prior,
@@ -269,8 +223,9 @@ fn what_does_not_fit_is_told() {
         .unwrap_err()
         .to_string()
     };
-    assert!(told(2, 3, 3, 1).contains("activations of (2, 1) truths"));
-    assert!(told(3, 4, 3, 1).contains("expected (3, 1), (3, 1) and 3"));
-    assert!(told(3, 3, 2, 1).contains("with 2 weights"));
-    assert!(told(3, 3, 3, 13).contains("at most 12"));
+    assert!(message(2, 3, 3, 1).contains("activations of (2, 1) truths"));
+    assert!(message(3, 4, 3, 1).contains("expected (3, 1), (3, 1) and 3"));
+    assert!(message(3, 3, 2, 1).contains("with 2 weights"));
+    assert!(message(3, 3, 3, 13).contains("at most 12"));
+    assert!(message(3, 3, 3, 0).contains("at least one"));
 }

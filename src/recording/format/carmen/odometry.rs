@@ -4,37 +4,12 @@
 //! scan start at its corrected pose and add raw odometry from there. The jump from the last ODOM line to the next scan
 //! is then the correction and no movement: the robot's own odometry is what the ODOM lines add up to without the jumps.
 
-use crate::geometry::Pose;
+use crate::{geometry::Pose, recording::log::OdometrySource};
 
 /// Poses nearer than this (metres, radians) are the same number written twice.
 const SAME: f64 = 1e-6;
 /// An ODOM track that stays this near to the scans, in the median, is what their poses were taken from.
 const FOLLOWS_M: f64 = 0.05;
-
-/// Where a recording's odometry comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OdometrySource {
-    /// The log states it beside the pose.
-    Stated,
-    /// Added up from ODOM lines that start anew at every corrected pose.
-    Restarted,
-    /// The ODOM line before each scan, in a track of its own.
-    Track,
-    /// There is none, or the poses are it: odometry repeats the poses.
-    Poses,
-}
-
-impl OdometrySource {
-    /// The source in words.
-    pub fn describe(self) -> &'static str {
-        match self {
-            OdometrySource::Stated => "stated beside each pose",
-            OdometrySource::Restarted => "raw, recovered from the ODOM lines between scans",
-            OdometrySource::Track => "the ODOM line before each scan",
-            OdometrySource::Poses => "none besides the poses: it repeats them",
-        }
-    }
-}
 
 /// What happened, in the order of the log.
 #[derive(Debug, Clone, Copy)]

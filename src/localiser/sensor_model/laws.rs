@@ -1,0 +1,248 @@
+//! What holds for every sensor model.
+
+use super::*;
+use crate::{
+    belief::{Evidence, FeatureMap, MapConfig, Nearness, Neighbours, Places, bayes},
+    detector::{
+        Detector,
+        input::{Input, InputConfig},
+        random_projection::RandomProjection,
+    },
+    geometry::Pose,
+    recording::{Channel, Columns},
+    seed::Seed,
+};
+use ndarray::{Array2, ArrayView1, Axis};
+use std::sync::Arc;
+
+const PLACES: usize = 30;
+
+/// A corridor whose walls come and go: a snapshot every half metre, 12 ranges.
+fn corridor() -> Recording {
+    let sonar = Channel {
+        name: "sonar".into(),
+        width: 12,
+        unit: "m".into(),
+        bearing_rad: None,
+        maximum: Some(8.0),
+    };
+    let pose: Vec<Pose> = (0..PLACES)
+        .map(|k| Pose::new(0.5 * k as f64, 0.0, 0.1 * (k % 3) as f64))
+        .collect();
+    let range = |(k, beam): (usize, usize)| 3.0 + ((k * (beam + 2)) as f32 * 0.7).sin() * 2.5;
+    Recording::new(Columns {
+        channels: vec![sonar],
+        values: Array2::from_shape_fn((PLACES, 12), range),
+        stamp_s: vec![0.0; PLACES],
+        odometry: pose.clone(),
+        compass_rad: Some(pose.iter().map(|pose| pose.heading_rad).collect()),
+        pose,
+        run: vec![0; PLACES],
+        ..Columns::default()
+    })
+    .unwrap()
+}
+
+fn nearness() -> Nearness {
+    Nearness {
+        k: 2,
+        ..Nearness::default()
+    }
+}
+
+fn learned(recording: &Recording, evidence: Evidence) -> LearnedFeatures {
+    let all: Vec<usize> = (0..PLACES).collect();
+    let input = Input::fit(&InputConfig::default(), recording, &all).unwrap();
+    let detector = RandomProjection::new(input, 5, Seed(1));
+    let activation = detector.probabilities(recording).unwrap();
+    let config = MapConfig {
+        nearness: nearness(),
+        ..MapConfig::default()
+    };
+    let places = Places::of(recording);
+    let map = FeatureMap::new(places.clone(), activation.mapv(f64::from), config).unwrap();
+    let map = Arc::new(map.at(&places).unwrap());
+    LearnedFeatures::new(Arc::new(detector), map, evidence).unwrap()
+}
+
+fn kernel(recording: &Recording, views: usize) -> RawKernel {
+    let all: Vec<usize> = (0..PLACES).collect();
+    let input = Input::fit(&InputConfig::default(), recording, &all).unwrap();
+    let input = input.with_common_scale();
+    let scans = input.transform(recording).unwrap();
+    let views = (0..views).map(|view| scans.mapv(|v| v + 0.1 * view as f32));
+    let places = Places::of(recording);
+    let near = Neighbours::find(&places, &places, &nearness()).unwrap();
+    RawKernel::new(input, views.collect(), near.into(), 0.4, 0.01).unwrap()
+}
+
+fn models(recording: &Recording) -> Vec<Box<dyn SensorModel>> {
+    let mut all: Vec<Box<dyn SensorModel>> = Vec::new();
+    for evidence in Evidence::ALL {
+        all.push(Box::new(learned(recording, evidence)));
+    }
+    for views in [1, 3] {
+        all.push(Box::new(kernel(recording, views)));
+    }
+    all.push(Box::new(Compass::new(0.0, 0.2).unwrap()));
+    let (features, compass) = (
+        learned(recording, Evidence::MeanField),
+        Compass::new(0.0, 0.2).unwrap(),
+    );
+    let both: Vec<Box<dyn SensorModel>> = vec![Box::new(features), Box::new(compass)];
+    all.push(Box::new(Independent::new(both)));
+    all
+}
+
+fn posterior(belief: &Belief, log_likelihood: &[f64]) -> Vec<f64> {
+    let mut belief = belief.clone();
+    bayes::correct(&mut belief, log_likelihood).unwrap();
+    belief.mass().to_vec()
+}
+
+#[test]
+fn a_live_robot_and_a_recording_get_the_same_answers() {
+    let recording = corridor();
+    let belief = Belief::uniform(&Arc::new(Places::of(&recording))).unwrap();
+    for model in models(&recording) {
+        let prepared = model.prepare(&recording, &[7, 3, 20]).unwrap();
+        for snapshot in [3, 7, 20] {
+            let stream = || Seed(5).stream("drawn features");
+            let observation = recording.observation(snapshot);
+            let live = model.log_likelihood(&observation, &belief, &mut stream());
+            let replayed = prepared.log_likelihood(snapshot, &belief, &mut stream());
+            let live = posterior(&belief, &live.unwrap());
+            let replayed = posterior(&belief, &replayed.unwrap());
+            let off = live.iter().zip(&replayed).map(|(a, b)| (a - b).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-5, "{}", model.name());
+            // It says something, and the truth is among the likeliest places.
+            let likelier = live.iter().filter(|&&mass| mass > live[snapshot]).count();
+            assert!(likelier <= PLACES / 2, "{}: {likelier}", model.name());
+            assert!(live[snapshot] > 1.0 / PLACES as f64, "{}", model.name());
+        }
+    }
+}
+
+#[test]
+fn names_tell_models_apart() {
+    let recording = corridor();
+    let names: Vec<String> = models(&recording)
+        .iter()
+        .map(|model| model.name().to_string())
+        .collect();
+    assert_eq!(
+        names[3..],
+        [
+            "learned",
+            "kernel",
+            "kernel_views",
+            "compass",
+            "learned+compass"
+        ]
+    );
+}
+
+#[test]
+fn odd_readings_give_an_answer_or_an_error_and_never_a_panic() {
+    let recording = corridor();
+    let belief = Belief::uniform(&Arc::new(Places::of(&recording))).unwrap();
+    let mut stream = Seed(5).stream("drawn features");
+    for model in models(&recording) {
+        for reading in [f32::NAN, f32::INFINITY, -f32::INFINITY, f32::MAX, -3.0] {
+            let values = [reading; 12];
+            let observation =
+                Observation::new(recording.channels(), &values, 0.0, Pose::default()).unwrap();
+            let answer = model.log_likelihood(&observation, &belief, &mut stream);
+            let answer = answer.unwrap();
+            let sums = posterior(&belief, &answer).iter().sum::<f64>();
+            assert!((sums - 1.0).abs() < 1e-12, "{}: {reading}", model.name());
+        }
+        if model.name() == "compass" {
+            continue; // works from no channel
+        }
+        let few = Observation {
+            values: ArrayView1::from(&[1.0; 5]),
+            ..recording.observation(0)
+        };
+        let error = model
+            .log_likelihood(&few, &belief, &mut stream)
+            .unwrap_err();
+        assert!(
+            error.to_string().contains("5 values; expected 12"),
+            "{error}"
+        );
+        let mut camera = recording.channels().to_vec();
+        camera[0].name = "camera".into();
+        let other = Observation {
+            channels: &camera,
+            ..recording.observation(0)
+        };
+        let error = model.log_likelihood(&other, &belief, &mut stream);
+        assert!(error.unwrap_err().to_string().contains("`sonar`"));
+    }
+}
+
+/// What a model says about the place must sum up to how likely the belief held the answer to be: by hand, from the map.
+#[test]
+fn the_likelihood_under_the_belief_is_what_each_rule_says() {
+    let recording = corridor();
+    let places = Arc::new(Places::of(&recording));
+    let mass = (0..PLACES).map(|k| 1.0 + k as f64).collect();
+    let belief = Belief::from_mass(&places, mass).unwrap();
+    let observation = recording.observation(4);
+    for evidence in [Evidence::Jeffrey, Evidence::Likelihood, Evidence::MeanField] {
+        let model = learned(&recording, evidence);
+        let mut stream = Seed(5).stream("unused");
+        let log_likelihood = model.log_likelihood(&observation, &belief, &mut stream);
+        let weighed = belief.mass().iter().zip(log_likelihood.unwrap());
+        let found: f64 = weighed.map(|(mass, l)| mass * l.exp()).sum();
+        let g = model.detector.detect(&observation).unwrap();
+        let at_cell = |cell: usize| -> f64 {
+            let m = model.map.probability();
+            let each = g.iter().zip(m.index_axis(Axis(0), cell));
+            each.map(|(&g, &m): (&f32, &f64)| {
+                let g = f64::from(g);
+                match evidence {
+                    Evidence::MeanField => m.powf(g) * (1.0 - m).powf(1.0 - g),
+                    _ => g * m + (1.0 - g) * (1.0 - m),
+                }
+            })
+            .product()
+        };
+        let expected: f64 = (0..PLACES).map(|k| belief.mass()[k] * at_cell(k)).sum();
+        assert!(
+            (found / expected - 1.0).abs() < 1e-9,
+            "{evidence}: {found} {expected}"
+        );
+    }
+}
+
+#[test]
+fn parts_that_do_not_fit_are_refused() {
+    let recording = corridor();
+    let all: Vec<usize> = (0..PLACES).collect();
+    let input = Input::fit(&InputConfig::default(), &recording, &all).unwrap();
+    let good = learned(&recording, Evidence::MeanField);
+    let three = Arc::new(RandomProjection::new(input.clone(), 3, Seed(1)));
+    let error = LearnedFeatures::new(three, good.map, Evidence::MeanField).err();
+    assert!(
+        error
+            .unwrap()
+            .to_string()
+            .contains("3 features; expected 5")
+    );
+    let places = Places::of(&recording);
+    let near: Arc<Neighbours> = Neighbours::find(&places, &places, &nearness())
+        .unwrap()
+        .into();
+    let scans = Array2::zeros((PLACES, input.width()));
+    let kernel = |views, bandwidth| {
+        let made = RawKernel::new(input.clone(), views, Arc::clone(&near), bandwidth, 0.01);
+        made.err().unwrap().to_string()
+    };
+    assert!(kernel(vec![], 0.1).contains("at least one"));
+    assert!(kernel(vec![scans.clone()], 0.0).contains("bandwidth"));
+    let few = Array2::zeros((PLACES - 1, input.width()));
+    assert!(kernel(vec![few.clone()], 0.1).contains("neighbour 29"));
+    assert!(kernel(vec![scans, few], 0.1).contains("as many places"));
+}

@@ -1,0 +1,35 @@
+//! A dataset as a log: its maximum may be set anew, and several can be joined.
+
+use crate::{
+    error::{Error, Result},
+    recording::{
+        account::Account,
+        log::{Log, OdometrySource},
+        npz, ranges,
+    },
+};
+use std::path::Path;
+
+/// Are these the first bytes of a zip archive?
+pub(super) fn detect(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK")
+}
+
+/// Reads a dataset; `max_range_m` applies to channels in metres. `path` is for messages only.
+///
+/// # Errors
+/// As [`npz::from_bytes`].
+pub(super) fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> {
+    let mut columns = npz::from_bytes(path, bytes)?.into_columns();
+    if let Some(maximum_m) = max_range_m {
+        ranges::limit_channels_in_metres(&mut columns, maximum_m);
+    }
+    let mut account = Account::default();
+    (0..columns.pose.len()).for_each(|_| account.used("snapshot"));
+    let recording = crate::recording::Recording::new(columns);
+    Ok(Log {
+        recording: recording.map_err(|e: Error| e.in_file(path))?,
+        account,
+        odometry: OdometrySource::Stated,
+    })
+}

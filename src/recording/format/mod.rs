@@ -1,0 +1,144 @@
+//! Log formats: one file (or folder) each, and one line each in [`FORMATS`].
+//!
+//! A new format is a function that reads a log's bytes, a function that recognises them, and a line in the list: `ballmark
+//! import` then guesses it, offers it as `--format` and names it in its messages.
+
+pub mod carmen;
+pub mod csv;
+mod dataset;
+
+use super::log::Log;
+use crate::error::{Error, Result};
+use std::{fmt, path::Path};
+
+/// A format that logs come in.
+#[derive(Clone, Copy)]
+pub struct Format {
+    /// What `--format` calls it.
+    pub name: &'static str,
+    /// What such a file is, in a few words.
+    pub what: &'static str,
+    /// Does an unpacked log read like one of this format? The first format of the list that says so is taken.
+    recognises: Recognise,
+    read: Read,
+}
+
+type Recognise = fn(&[u8]) -> bool;
+
+/// Reads an unpacked log: its file's name for messages, its bytes, and the reading in metres from which on there was no
+/// return, where it isn't to be the log's own.
+type Read = fn(&Path, &[u8], Option<f64>) -> Result<Log>;
+
+/// All formats, in the order in which they are tried.
+pub const FORMATS: [Format; 3] = [
+    Format::new("npz", "a .npz dataset", dataset::detect, dataset::read),
+    Format::new("carmen", "a CARMEN log", carmen::detect, carmen::read),
+    Format::new("csv", "a CSV table with a header", csv::detect, csv::read),
+];
+
+/// What can't be read, by its first bytes.
+const NOT_READ: [(&[u8], &str); 4] = [
+    (b"\x89MCAP0\r\n", "an MCAP log, which can't be read yet"),
+    (b"#ROSBAG V", "a rosbag, which can't be read yet"),
+    (
+        b"SQLite format 3\0",
+        "an SQLite database (rosbag2?), which can't be read",
+    ),
+    (b"\x89HDF\r\n", "an HDF5 file, which can't be read"),
+];
+
+impl Format {
+    const fn new(
+        name: &'static str,
+        what: &'static str,
+        recognises: Recognise,
+        read: Read,
+    ) -> Self {
+        Self {
+            name,
+            what,
+            recognises,
+            read,
+        }
+    }
+
+    /// The format of that name.
+    ///
+    /// # Errors
+    /// A usage error that lists the names.
+    pub fn named(name: &str) -> Result<Self> {
+        let found = FORMATS.into_iter().find(|format| format.name == name);
+        found.ok_or_else(|| {
+            let names = FORMATS.map(|format| format.name).join(", ");
+            let name = name.escape_debug();
+            Error::usage(format!("log format `{name}`: expected one of {names}"))
+        })
+    }
+
+    /// The format of some unpacked bytes; `path` is for messages only.
+    ///
+    /// # Errors
+    /// Where no format recognises them; the message says what they look like instead, and what was expected.
+    ///
+    /// ```
+    /// use ballmark::recording::format::Format;
+    /// let format = Format::of_content("walk.log".as_ref(), b"ODOM 0 0 0 0 0 0 1 host 1\n")?;
+    /// assert_eq!(format.name, "carmen");
+    /// let error = Format::of_content("walk.bag".as_ref(), b"#ROSBAG V2.0\n").unwrap_err();
+    /// assert!(error.to_string().starts_with("walk.bag: a rosbag, which can't be read yet; expected"));
+    /// # Ok::<(), ballmark::Error>(())
+    /// ```
+    pub fn of_content(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let not_read = NOT_READ.iter().find(|(magic, _)| bytes.starts_with(magic));
+        let found = FORMATS.iter().find(|format| (format.recognises)(bytes));
+        match (not_read, found) {
+            (None, Some(format)) => Ok(*format),
+            (Some((_, what)), _) => Err(unreadable(path, what)),
+            (None, None) => Err(unreadable(path, looks_like(bytes))),
+        }
+    }
+
+    /// Reads an unpacked log of this format.
+    ///
+    /// # Errors
+    /// Where it holds nothing that can be read. Damaged records are no error but entries in the log's account.
+    pub fn read(&self, path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> {
+        (self.read)(path, bytes, max_range_m)
+    }
+}
+
+impl fmt::Debug for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Format").field(&self.name).finish()
+    }
+}
+
+/// An error about a file that is no log: what it is instead, and what was expected.
+pub(super) fn unreadable(path: &Path, what: &str) -> Error {
+    let known = FORMATS.map(|format| format.what).join(", ");
+    Error::file(
+        path,
+        format!("{what}; expected a log, plain, gzip or xz: {known}"),
+    )
+}
+
+/// What bytes of no known format look like.
+fn looks_like(bytes: &[u8]) -> &'static str {
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return "nothing but blank space";
+    }
+    let first_line = bytes
+        .split(|b| *b == b'\n')
+        .find(|line| !line.starts_with(b"#") && !line.is_empty());
+    let words: Vec<&[u8]> = first_line
+        .unwrap_or_default()
+        .split(|b| b.is_ascii_whitespace())
+        .filter(|w| !w.is_empty())
+        .take(9)
+        .collect();
+    let numeric = |w: &&[u8]| std::str::from_utf8(w).is_ok_and(|w| w.parse::<f64>().is_ok());
+    if words.len() == 8 && words.iter().all(numeric) {
+        return "poses in TUM format, which can't be read yet";
+    }
+    "not a log that is known here"
+}

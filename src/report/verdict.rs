@@ -1,0 +1,82 @@
+//! The verdict on a file of responses as tables.
+
+use super::{Cell, Table};
+use crate::score::{AtDistance, Verdict};
+
+/// The tables of a verdict: one of all rows and, where the file has distances, one with a row a distance.
+pub fn verdict_tables(verdict: &Verdict) -> Vec<Table> {
+    let mut tables = vec![overall(verdict)];
+    tables.extend(verdict.by_distance.as_deref().map(by_distance));
+    tables
+}
+
+fn overall(verdict: &Verdict) -> Table {
+    let overall = &verdict.overall;
+    let mut table = Table::new(["quantity", "value"]);
+    let mut row = |name: &str, cell| table.row([Cell::Text(name.into()), cell]);
+    row("n", Cell::Count(overall.n as u64));
+    row("locations", Cell::Count(overall.locations as u64));
+    row("responses", Cell::Count(overall.responses as u64));
+    row(
+        "entropy_of_location H(L) (nats)",
+        Cell::Number(overall.entropy_of_location, 6),
+    );
+    row(
+        "entropy_of_location_given_response H(L|R) (nats)",
+        Cell::Number(overall.entropy_of_location_given_response, 6),
+    );
+    row(
+        "uncertainty_coefficient U(L|R)",
+        Cell::number(overall.uncertainty_coefficient, 6),
+    );
+    row(
+        "uncertainty_coefficient_corrected",
+        Cell::number(overall.uncertainty_coefficient_corrected, 6),
+    );
+    row("permutation_p", Cell::number(overall.permutation_p, 6));
+    row(
+        "ci95 low (of the corrected, bootstrap)",
+        Cell::number(overall.ci95.map(|c| c[0]), 6),
+    );
+    row("ci95 high", Cell::number(overall.ci95.map(|c| c[1]), 6));
+    let over = verdict.ci95_over;
+    table.caption(format!(
+        "natural logarithm; {} permutations, {} bootstrap resamples over {over}, seed {}",
+        verdict.permutations, verdict.bootstrap, verdict.seed
+    ));
+    verdict
+        .notes
+        .iter()
+        .for_each(|note| table.caption(format!("note: {note}")));
+    table
+}
+
+fn by_distance(rows: &[AtDistance]) -> Table {
+    let mut table = Table::new([
+        "distance (m)",
+        "n",
+        "H(L|R) (nats)",
+        "U(L|R)",
+        "U(L|R), corrected",
+        "95 % interval of the corrected, low",
+        "high",
+        "permutation p",
+    ]);
+    for AtDistance {
+        distance_m,
+        judgement,
+    } in rows
+    {
+        table.row([
+            Cell::Number(*distance_m, 3),
+            Cell::Count(judgement.n as u64),
+            Cell::Number(judgement.entropy_of_location_given_response, 4),
+            Cell::number(judgement.uncertainty_coefficient, 4),
+            Cell::number(judgement.uncertainty_coefficient_corrected, 4),
+            Cell::number(judgement.ci95.map(|c| c[0]), 4),
+            Cell::number(judgement.ci95.map(|c| c[1]), 4),
+            Cell::number(judgement.permutation_p, 4),
+        ]);
+    }
+    table
+}
