@@ -31,6 +31,7 @@ boxed_config!(DetectorConfig, BoxedDetectorConfig);
 /// Landmarks that people chose, in place of learned ones (Thrun 1998, 5.3).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum HandMade {
     /// Doors, as of Koenig & Simmons (1996).
     Door(DoorConfig),
