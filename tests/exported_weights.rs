@@ -165,11 +165,11 @@ fn the_stated_rules_compute_what_the_model_answers() {
         expected
             .columns()
             .into_iter()
-            .all(|g| spread(g.mapv(|v| v as f32).view()) > 0.05)
+            .all(|g| spread(g.mapv(|v| v).view()) > 0.05)
     );
     for (found, expected) in found.iter().zip(&expected) {
         assert!(
-            (found - *expected as f32).abs() < 1e-5,
+            (found - *expected).abs() < 1e-5,
             "{found} instead of {expected}"
         );
     }
