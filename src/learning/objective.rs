@@ -131,7 +131,7 @@ impl Truth {
         let (slope, u) = (T::rounded(&slope), T::rounded(&u));
         // Where one place alone shows f, e − ē vanishes there: U∘ē must be that of the U that was rounded.
         for l in 0..LANES {
-            expected_m[l] = u[l].to_f64() * expected_m[l];
+            expected_m[l] *= u[l].to_f64();
         }
         (slope, u, expected_m)
     }
