@@ -11,7 +11,7 @@
 //!
 //! D is P(f) under the prior, ē[k*, f] the error expected at k* after sensing f. In Thrun's objective (eq. 42) the map is
 //! the training snapshots themselves, M = P. The printed gradient lacks Bel_prior in both denominators; this is the
-//! derivative of eq. 42 itself. [`reference`] has these lines as dense matrices.
+//! derivative of eq. 42 itself. [`mod@reference`] has these lines as dense matrices.
 //!
 //! A prior belief is uniform over the places it admits, so its height cancels in N/D and in U: sums over those places do
 //! for products with A and Bel. `objective/passes.rs` has the three passes that [`Objective::evaluate`] makes.
