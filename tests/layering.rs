@@ -224,9 +224,9 @@ fn rings_of_files_are_reported_with_their_files() {
         "use crate::{error::Error, log::{self, Log}}; pub fn read() { log::other() }",
         "use super::log; pub fn read() -> log::Log { todo!() }",
         "pub fn read() -> crate::log::Log { todo!() }",
-        "mod inner { use super::super::imported_log::ImportedLog; } pub fn read() {}",
+        "mod inner { use super::super::log::Log; } pub fn read() {}",
         "use super::log::*; pub fn read() {}",
-        "use super::imported_log::ImportedLog as L; pub fn read() {}",
+        "use super::log::Log as L; pub fn read() {}",
     ] {
         let found = rings_of(&[
             log,

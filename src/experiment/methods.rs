@@ -63,7 +63,8 @@ pub enum AnswersBy<'a> {
 /// let recording = npz::read("corridor.npz".as_ref())?; // the model's own: the trials run on its test part
 /// let parts = Parts::new(&model, &recording, None)?;
 /// let config = LocaliseConfig::default();
-/// let context = MethodContext::new(&[&model], &parts, &config)?;
+/// let models = [&model];
+/// let context = MethodContext::new(&models, &parts, &config)?;
 /// let mut methods = line_up(&context)?;
 /// methods.push(context.detector("mine", "my detector", my_detector().as_ref())?);
 /// let record = localisation::play(&context, methods, &mut |_| ())?;

@@ -12,7 +12,7 @@ const KINDS: usize = 64;
 /// The books of an import: nothing that a log holds disappears without an entry.
 ///
 /// ```
-/// use ballmark::recording::account::ImportReport;
+/// use ballmark::recording::import_report::ImportReport;
 /// let mut account = ImportReport::default();
 /// account.passed_over("NEFF");
 /// account.lost("line 7: `FLASER` ends after 12 of 180 readings".into());
