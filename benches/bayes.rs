@@ -2,7 +2,8 @@
 
 use ballmark::{
     belief::{
-        Bayes, Belief, Evidence, FeatureMap, Grid, GridConfig, MapConfig, OdometryMotion, Places,
+        BayesFilter, Belief, Evidence, FeatureMap, Grid, GridConfig, MapConfig, OdometryMotion,
+        Places,
     },
     geometry::{Displacement, Pose},
     seed::Seed,
@@ -31,7 +32,8 @@ fn million_cells(criterion: &mut Criterion) {
         .and_then(|map| map.at(grid.places()))
         .expect("10,000 snapshots make a map");
     let prior = Belief::uniform(grid.places()).expect("the grid has cells");
-    let mut robot = Bayes::new(&grid, OdometryMotion::default(), prior).expect("default motion");
+    let mut robot =
+        BayesFilter::new(&grid, OdometryMotion::default(), prior).expect("default motion");
     let step = Displacement {
         forward_m: 0.5,
         left_m: 0.02,

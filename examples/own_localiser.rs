@@ -14,7 +14,7 @@ use ballmark::{
         protocol::{Mapping, ProtocolConfig},
         standard::StandardConfig,
     },
-    localiser::{Estimate, Kind, LocaliserConfig, Player, Step, laws, prepared::Prepared},
+    localiser::{Estimate, Kind, LocaliserConfig, Step, TrialRunner, laws, prepared::Prepared},
     recording::{Channel, npz},
     registry::Constants,
     seed::Stream,
@@ -98,7 +98,7 @@ impl Localiser for Map {
         &'a self,
         recording: &'a Recording,
         snapshots: &[usize],
-    ) -> Result<Box<dyn Player + 'a>> {
+    ) -> Result<Box<dyn TrialRunner + 'a>> {
         self.check_channels(recording.channels())?;
         let unlike = |&k: &usize| -> Vec<f32> {
             let now = recording.observation(k).values.to_vec();
@@ -124,7 +124,7 @@ struct Tracker<'a> {
     unlike: Prepared<Vec<f32>>,
 }
 
-impl Player for Tracker<'_> {
+impl TrialRunner for Tracker<'_> {
     fn play(&self, trial: &[usize], _: Option<Pose>, _: &mut Stream) -> Result<Vec<Step>> {
         let odometry = |k: usize| self.recording.observation(k).odometry;
         let mut last: Option<(usize, [f64; 2])> = None;

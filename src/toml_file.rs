@@ -2,7 +2,7 @@
 //!
 //! A text can be wrong in two ways. Its syntax, its keys or the types of their values are wrong: [`TomlFile::parse`] finds
 //! that. Or a value makes no sense: the configuration's own check finds that when the text is long gone and names the key
-//! ("descent.steps = 0: expected …", "[robot]: `speed_m_per_s` is …"), and [`TomlFile::locate`] adds where it stands.
+//! (`descent.steps = 0: expected …`, ``[robot]: `speed_m_per_s` is …``), and [`TomlFile::locate`] adds where it stands.
 
 mod location;
 
@@ -83,7 +83,7 @@ impl TomlFile {
     }
 
     /// The same error, with this file's name and, where it is a usage error that names a key or a table of the text, with
-    /// the line of that. A key is named as `[table]: \`key\` …`, `[[table]] 2: \`key\` …`, `table: \`key\` …` or
+    /// the line of that. A key is named as ``[table]: `key` …``, ``[[table]] 2: `key` …``, ``table: `key` …`` or
     /// `table.key = …`; a key that stands nowhere in the text is at its default, and its table is named instead.
     pub fn locate(&self, fault: Error) -> Error {
         if !fault.is_usage() {

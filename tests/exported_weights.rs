@@ -161,15 +161,10 @@ fn the_stated_rules_compute_what_the_model_answers() {
     let expected = model.detector().probabilities(&recording).unwrap();
     let found = answers(&file, &recording);
     let spread = |g: ndarray::ArrayView1<f32>| g.fold(0f32, |m, v| m.max((v - g[0]).abs()));
-    assert!(
-        expected
-            .columns()
-            .into_iter()
-            .all(|g| spread(g.mapv(|v| v as f32).view()) > 0.05)
-    );
+    assert!(expected.columns().into_iter().all(|g| spread(g) > 0.05));
     for (found, expected) in found.iter().zip(&expected) {
         assert!(
-            (found - *expected as f32).abs() < 1e-5,
+            (found - expected).abs() < 1e-5,
             "{found} instead of {expected}"
         );
     }

@@ -15,14 +15,14 @@ use std::sync::Arc;
 /// metre (c), sees a door again (d), and only one door has another a metre before it.
 ///
 /// ```
-/// use ballmark::{belief::{Bayes, Belief, Grid, GridConfig, OdometryMotion, Places}, geometry::Displacement};
+/// use ballmark::{belief::{BayesFilter, Belief, Grid, GridConfig, OdometryMotion, Places}, geometry::Displacement};
 /// let grid = std::sync::Arc::new(Grid::along_route(0.0, 10.0, &GridConfig::default())?);
 /// let Places::Route(cells) = &**grid.places() else { unreachable!() };
 /// let near_a_door = |x: f64| [2.0, 3.0, 7.0].iter().any(|door| (x - door).abs() < 0.25);
 /// let door: Vec<f64> = cells.iter().map(|&x| if near_a_door(x) { 0.8_f64 } else { 0.1 }.ln()).collect();
 /// let [truth, wrong, ahead] = [3.0, 7.0, 8.0].map(|x| Places::Route(vec![x]));
 ///
-/// let mut robot = Bayes::new(&grid, OdometryMotion::default(), Belief::uniform(grid.places())?)?;  // (a)
+/// let mut robot = BayesFilter::new(&grid, OdometryMotion::default(), Belief::uniform(grid.places())?)?;  // (a)
 /// robot.correct(&door)?;                                                                           // (b)
 /// let three_peaks = robot.belief().clone();
 /// assert!((three_peaks.mass_within_m(&truth, 0, 0.25) - three_peaks.mass_within_m(&wrong, 0, 0.25)).abs() < 1e-12);
@@ -35,13 +35,13 @@ use std::sync::Arc;
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Bayes {
+pub struct BayesFilter {
     grid: Arc<Grid>,
     motion: OdometryMotion,
     belief: Belief,
 }
 
-impl Bayes {
+impl BayesFilter {
     /// 1. Initialisation: Bel(ξ) ← Bel_prior(ξ⁽⁰⁾).
     ///
     /// # Errors

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
 /// Most features for which all 2ⁿ feature vectors are gone through.
-pub const MOST_ENUMERATED_FEATURES: usize = 12;
+pub const MAX_ENUMERATED_FEATURES: usize = 12;
 
 /// How probabilities g_i = P(f_i = 1 | s), which are no certain features, become a likelihood of each place. With
 /// m_i(ξ) = P(f_i = 1 | ξ) from the map, and M(ξ, f), P(f|s) the products over features (Thrun 1998, eq. 33):
@@ -65,7 +65,7 @@ impl Evidence {
     ///
     /// # Errors
     /// Where the numbers of features or cells differ, an activation isn't in [0, 1], or Jeffrey's rule is asked of more than
-    /// [`MOST_ENUMERATED_FEATURES`].
+    /// [`MAX_ENUMERATED_FEATURES`].
     pub fn log_likelihood(
         self,
         g: &[f64],
@@ -133,8 +133,8 @@ impl Evidence {
             }
             Evidence::MeanField => Ok((map.cross_entropy(g), 0.0)),
             Evidence::Likelihood => Ok((averaged_over_features(g, map), 0.0)),
-            Evidence::Jeffrey if g.len() > MOST_ENUMERATED_FEATURES => Err(Error::usage(format!(
-                "evidence: Jeffrey's rule with {} features; expected at most {MOST_ENUMERATED_FEATURES}, since it goes through all 2^n feature vectors (`mean-field` takes any number)",
+            Evidence::Jeffrey if g.len() > MAX_ENUMERATED_FEATURES => Err(Error::usage(format!(
+                "evidence: Jeffrey's rule with {} features; expected at most {MAX_ENUMERATED_FEATURES}, since it goes through all 2^n feature vectors (`mean-field` takes any number)",
                 g.len()
             ))),
             Evidence::Jeffrey => Ok(jeffrey(g, map, belief.mass())),

@@ -66,7 +66,7 @@ fn a_thousand_steps_neither_underflow_nor_lose_mass() {
             let map = FeatureMap::new(mapped.clone(), activation, config).unwrap();
             let map = map.at(grid.places()).unwrap();
             let prior = Belief::uniform(grid.places()).unwrap();
-            let mut robot = Bayes::new(&grid, OdometryMotion::default(), prior).unwrap();
+            let mut robot = BayesFilter::new(&grid, OdometryMotion::default(), prior).unwrap();
             for t in 0..1000 {
                 // 0 and 1 exactly, and each step the opposite of the last; then anything.
                 let g: Vec<f64> = match t % 3 {
@@ -90,7 +90,7 @@ fn a_thousand_steps_neither_underflow_nor_lose_mass() {
 fn without_movement_or_noise_contradictions_do_not_underflow_either() {
     let grid = grid(&corridor());
     let prior = Belief::uniform(grid.places()).unwrap();
-    let mut robot = Bayes::new(&grid, OdometryMotion::exact(), prior).unwrap();
+    let mut robot = BayesFilter::new(&grid, OdometryMotion::exact(), prior).unwrap();
     let side = |left: bool| -> Vec<f64> {
         let half = grid.len() / 2;
         (0..grid.len())
@@ -122,7 +122,7 @@ macro_rules! keeps_mass {
                         Belief::uniform(grid.places()).unwrap(),
                         Belief::around(grid.places(), grid.places(), grid.len() - 1, 0.1, 0.1).unwrap(),
                     ] {
-                        let mut robot = Bayes::new(&grid, motion.clone(), prior).unwrap();
+                        let mut robot = BayesFilter::new(&grid, motion.clone(), prior).unwrap();
                         for _ in 0..5 {
                             robot.predict(&movement).unwrap();
                             assert_mass_one(robot.belief(), &format!("{movement:?}"));
@@ -173,7 +173,7 @@ fn prediction_along_a_route_moves_the_mean_and_grows_the_variance() {
     let start = Belief::around(grid.places(), &Places::Route(vec![50.0]), 0, 0.5, 1.0).unwrap();
     let (mean, variance) = moments(&start, |cell| cells[cell]);
     for ahead in [0.5, 1.0, 1.36, -2.11] {
-        let mut robot = Bayes::new(&grid, motion.clone(), start.clone()).unwrap();
+        let mut robot = BayesFilter::new(&grid, motion.clone(), start.clone()).unwrap();
         let movement = step(ahead, 0.0, 0.1);
         robot.predict(&movement).unwrap();
         let (now, spread) = moments(robot.belief(), |cell| cells[cell]);
@@ -209,7 +209,7 @@ fn prediction_in_the_plane_moves_each_heading_its_own_way() {
     // One heading only, so that the mean goes straight.
     let start = Belief::around(grid.places(), &start_at, 0, 0.4, 0.01).unwrap();
     let movement = step(1.3, -0.4, 0.3);
-    let mut robot = Bayes::new(&grid, motion, start.clone()).unwrap();
+    let mut robot = BayesFilter::new(&grid, motion, start.clone()).unwrap();
     robot.predict(&movement).unwrap();
     let expected = start_pose.after(movement);
     let distance2 = 1.3 * 1.3 + 0.4 * 0.4;
@@ -243,7 +243,7 @@ fn a_belief_that_would_leave_as_a_whole_stays() {
     let grid = grid(&corridor());
     let end = Places::Route(vec![23.5]);
     let start = Belief::around(grid.places(), &end, 0, 0.1, 1.0).unwrap();
-    let mut robot = Bayes::new(&grid, OdometryMotion::exact(), start).unwrap();
+    let mut robot = BayesFilter::new(&grid, OdometryMotion::exact(), start).unwrap();
     robot.predict(&step(10.0, 0.0, 0.0)).unwrap();
     assert!(robot.belief().point_error_m(&end, 0) < 0.25);
 }
@@ -266,14 +266,14 @@ fn correction_refuses_what_is_no_likelihood_and_keeps_the_belief() {
     bayes::correct(&mut belief, &[-2000.0, 0.0]).unwrap();
     assert_eq!(belief, before);
     let grid = grid(&corridor());
-    let mut robot = Bayes::new(
+    let mut robot = BayesFilter::new(
         &grid,
         OdometryMotion::default(),
         Belief::uniform(grid.places()).unwrap(),
     )
     .unwrap();
     assert!(robot.predict(&step(f64::NAN, 0.0, 0.0)).is_err());
-    assert!(Bayes::new(&grid, OdometryMotion::default(), before).is_err());
+    assert!(BayesFilter::new(&grid, OdometryMotion::default(), before).is_err());
 }
 
 #[test]
@@ -296,7 +296,7 @@ fn one_thread_or_many_give_the_same_bits() {
             let map = FeatureMap::new(mapped, activation, MapConfig::default()).unwrap();
             let map = map.at(grid.places()).unwrap();
             let prior = Belief::uniform(grid.places()).unwrap();
-            let mut robot = Bayes::new(&grid, OdometryMotion::default(), prior).unwrap();
+            let mut robot = BayesFilter::new(&grid, OdometryMotion::default(), prior).unwrap();
             for t in 0..12 {
                 let g: Vec<f64> = (0..4).map(|_| random.random()).collect();
                 let evidence = Evidence::ALL[t % 4];

@@ -2,7 +2,7 @@
 //!
 //! [`Places`] are where snapshots were taken; a [`Grid`] cuts the places where the robot can be into cells; a [`Belief`]
 //! gives each of them a mass; a [`FeatureMap`] says what the detectors answer there; [`Evidence`] turns one answer into a
-//! likelihood; [`OdometryMotion`] says how the robot moves; [`Bayes`] puts them together (Thrun 1998, Table 1).
+//! likelihood; [`OdometryMotion`] says how the robot moves; [`BayesFilter`] puts them together (Thrun 1998, Table 1).
 
 pub mod bayes;
 #[allow(clippy::module_inception)] // the room's main noun is its name
@@ -23,9 +23,9 @@ mod transport;
 #[cfg(test)]
 mod laws;
 #[cfg(test)]
-mod witnesses;
+mod reference_tests;
 
-pub use bayes::Bayes;
+pub use bayes::BayesFilter;
 pub use belief::Belief;
 pub use evidence::Evidence;
 pub use grid::{Grid, GridConfig};

@@ -5,7 +5,7 @@ use crate::{
     experiment::localisation::LocaliseConfig,
     learning::{
         Recipe,
-        recipe::{FORMER_KEYS, Named},
+        recipe::{FORMER_KEYS, NamedRecipe},
     },
     toml_file::{TomlFile, put_over, rename_keys},
 };
@@ -18,7 +18,7 @@ use toml::{Table, Value};
 #[serde(deny_unknown_fields, default)]
 pub struct Experiment {
     /// What holds for `train` where this is silent.
-    pub recipe: Named,
+    pub recipe: NamedRecipe,
     /// For `train`.
     pub train: Recipe,
     /// For `localise`.
@@ -31,7 +31,7 @@ impl Experiment {
     /// # Errors
     /// Where the file is no TOML, a key is unknown or of the wrong type, or a value makes no sense: the call is wrong. The
     /// message names the file and, where the key stands in it, the line.
-    pub fn read(path: Option<&Path>, recipe: Option<Named>) -> Result<Self> {
+    pub fn read(path: Option<&Path>, recipe: Option<NamedRecipe>) -> Result<Self> {
         let Some(path) = path else {
             return Ok(Self {
                 train: recipe.unwrap_or_default().recipe(),

@@ -58,8 +58,8 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         recording.len(),
         answers.ncols()
     );
-    if answers.ncols() > MOST_PICTURED {
-        summary += &format!("plots: the first {MOST_PICTURED} features\n");
+    if answers.ncols() > MAX_PICTURED {
+        summary += &format!("plots: the first {MAX_PICTURED} features\n");
     }
     for (name, picture) in plots(&title, &recording, &answers)? {
         let path = arguments.output.with_extension(name);
@@ -71,7 +71,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
 }
 
 /// Features that are pictured: more are not worth looking at one by one; the table has them all.
-const MOST_PICTURED: usize = 8;
+const MAX_PICTURED: usize = 8;
 
 /// One row a snapshot.
 pub(super) fn csv(recording: &Recording, answers: &Array2<f32>) -> String {
@@ -91,14 +91,14 @@ pub(super) fn csv(recording: &Recording, answers: &Array2<f32>) -> String {
     text
 }
 
-/// Pictures of the first [`MOST_PICTURED`] features, each with the ending of its name: along the route, the last run with a
+/// Pictures of the first [`MAX_PICTURED`] features, each with the ending of its name: along the route, the last run with a
 /// panel a feature; in the plane, a picture a feature.
 pub(super) fn plots(
     title: &str,
     recording: &Recording,
     answers: &Array2<f32>,
 ) -> Result<Vec<(String, String)>> {
-    let pictured = answers.ncols().min(MOST_PICTURED);
+    let pictured = answers.ncols().min(MAX_PICTURED);
     let Some(route) = recording.route_m() else {
         let (x, y): (Vec<f64>, Vec<f64>) = recording.poses().iter().map(|p| (p.x_m, p.y_m)).unzip();
         return (0..pictured)

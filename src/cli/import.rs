@@ -7,7 +7,7 @@ use crate::{
         Recording,
         format::{FORMATS, Format},
         import::{self, ReadOptions},
-        log::Log,
+        imported_log::ImportedLog,
         npz,
     },
     storage,
@@ -120,7 +120,7 @@ fn no_return_shares(recording: &Recording) -> Vec<f64> {
     shares.collect()
 }
 
-fn summary(log: &Log, arguments: &Arguments) -> Value {
+fn summary(log: &ImportedLog, arguments: &Arguments) -> Value {
     let recording = &log.recording;
     let channels = recording.channels().iter().zip(no_return_shares(recording)).map(|(c, share)| {
         json!({ "name": c.name, "values": c.width, "unit": c.unit, "maximum": c.maximum, "no_return_share": share })
@@ -141,7 +141,7 @@ fn summary(log: &Log, arguments: &Arguments) -> Value {
     })
 }
 
-fn table(log: &Log, arguments: &Arguments) -> String {
+fn table(log: &ImportedLog, arguments: &Arguments) -> String {
     let recording = &log.recording;
     let account = &log.account;
     let mut out = String::new();

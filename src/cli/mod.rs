@@ -58,7 +58,7 @@ pub enum Outcome {
 /// Runs the command that the arguments ask for; the exit status is the one users and scripts rely on: 0 done, 1 the work
 /// failed, 2 the call is wrong, 3 done but something in the input was lost.
 pub fn run() -> ExitCode {
-    outlive_file_size_limits();
+    ignore_file_size_signal();
     let arguments = Arguments::parse(); // clap itself exits with 2 on a wrong call
     let result: Result<Outcome> = match arguments.command {
         Command::Demo(arguments) => demo::run(arguments),
@@ -84,7 +84,7 @@ pub fn run() -> ExitCode {
 
 /// Makes a write past the user's file-size limit (`ulimit -f`) an error like a full disk. By default the signal SIGXFSZ
 /// ends the process on the spot: no word to the user, and the temporary file left lying.
-fn outlive_file_size_limits() {
+fn ignore_file_size_signal() {
     #[cfg(unix)]
     {
         // The flag is never read: a handler that returns is enough for the write to answer "file too large". Where it

@@ -7,7 +7,7 @@ use crate::{
     error::Result,
     learning::{
         ErrorReduction, Recipe,
-        recipe::Named,
+        recipe::NamedRecipe,
         trainer::{Directive, StoppedBy},
     },
     model::{Learned, Model, Note, Resume, Training},
@@ -44,7 +44,7 @@ pub struct Arguments {
     /// What holds where neither configuration nor flags say otherwise: `default`, which holds up best on runs never seen, or
     /// `thrun1998`, the paper's own networks and descent (10,000 steps of all snapshots, unless --steps says otherwise).
     #[arg(long, value_name = "NAME")]
-    recipe: Option<Named>,
+    recipe: Option<NamedRecipe>,
     /// Number of filters: to 256, or to 12 where the objective is the exact one.
     #[arg(long, value_name = "N")]
     features: Option<usize>,

@@ -56,8 +56,8 @@ impl Default for NetConfig {
 
 /// Most units of a hidden layer, and most hidden layers: far beyond what is trained full-batch, and small enough that a
 /// slip of the keyboard does not ask for all the memory there is.
-const MOST_UNITS: usize = 10_000;
-const MOST_LAYERS: usize = 16;
+const MAX_UNITS: usize = 10_000;
+const MAX_LAYERS: usize = 16;
 
 impl NetConfig {
     /// Networks that share nothing, each of six hidden sigmoid units (Thrun 1998, 5.1.4).
@@ -73,16 +73,16 @@ impl NetConfig {
     /// # Errors
     /// Where a layer has no units or too many, or there are too many layers.
     pub fn check(&self) -> Result<()> {
-        let units = |&units: &usize| (1..=MOST_UNITS).contains(&units);
+        let units = |&units: &usize| (1..=MAX_UNITS).contains(&units);
         for (key, layers) in [("trunk", &self.trunk), ("hidden", &self.hidden)] {
             if let Some(wrong) = layers.iter().find(|&n| !units(n)) {
                 return Err(Error::usage(format!(
-                    "network.{key}: a layer of {wrong} units; expected 1 to {MOST_UNITS}"
+                    "network.{key}: a layer of {wrong} units; expected 1 to {MAX_UNITS}"
                 )));
             }
-            if layers.len() > MOST_LAYERS {
+            if layers.len() > MAX_LAYERS {
                 return Err(Error::usage(format!(
-                    "network.{key}: {} layers; expected at most {MOST_LAYERS}",
+                    "network.{key}: {} layers; expected at most {MAX_LAYERS}",
                     layers.len()
                 )));
             }

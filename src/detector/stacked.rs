@@ -30,11 +30,11 @@ use share::{Backward, CHUNK, Forward, Share, Source, add};
 /// About as many snapshots are a share, where that does not make more shares than there will ever be threads for: every
 /// share has a gradient of its own, to be summed.
 const SHARE: usize = 10 * CHUNK;
-const MOST_SHARES: usize = 64;
+const MAX_SHARES: usize = 64;
 
 /// Most weights, zeros between the blocks included. Wider layers no longer stay in a core's own cache, and Burn's matrix
 /// product, which is cut to fit caches, does better.
-const MOST_WEIGHTS: usize = 1 << 16;
+const MAX_WEIGHTS: usize = 1 << 16;
 
 /// Noise added to the inputs as they are read: x + `deviation` · bank\[(`start` + `position`) mod length\], where `position`
 /// counts the inputs of all snapshots in row order.
@@ -180,7 +180,7 @@ impl Stacked {
             own += layer.weight.len();
             stacked += layer.weight.len() * if at == 0 { 1 } else { n };
         }
-        own > 0 && stacked <= MOST_WEIGHTS && 2 * stacked <= 3 * own
+        own > 0 && stacked <= MAX_WEIGHTS && 2 * stacked <= 3 * own
     }
 
     /// Room for networks of the shape of these.
@@ -323,7 +323,7 @@ impl Stacked {
         if snapshots == self.snapshots && !self.shares.is_empty() {
             return;
         }
-        let shares = snapshots.div_ceil(SHARE).clamp(1, MOST_SHARES);
+        let shares = snapshots.div_ceil(SHARE).clamp(1, MAX_SHARES);
         let length = snapshots.div_ceil(shares).next_multiple_of(BLOCK);
         let starts = (0..snapshots).step_by(length.max(1));
         self.shares = starts

@@ -15,14 +15,14 @@ use crate::{
         FeatureMap, MapConfig, Neighbours, Places, Uncertainty, prior::DEFAULT_HALF_TURN_RAD,
     },
     error::{Error, Result},
-    learning::{error_reduction::ErrorReduction, objective::MOST_FEATURES, training_set::covered},
+    learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES, training_set::covered},
 };
 use ndarray::{ArrayView2, Axis};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 /// Most priors of one curve.
-const MOST_PRIORS: usize = 64;
+const MAX_PRIORS: usize = 64;
 
 /// Under which priors, and how P(answer|ξ) is learned.
 ///
@@ -66,9 +66,9 @@ impl ErrorReductionConfig {
     /// A usage error that names the key at fault.
     pub fn check(&self) -> Result<()> {
         let priors = self.priors.len();
-        if !(1..=MOST_PRIORS).contains(&priors) {
+        if !(1..=MAX_PRIORS).contains(&priors) {
             return Err(Error::usage(format!(
-                "error_reduction: `priors` has {priors}; expected 1 to {MOST_PRIORS}"
+                "error_reduction: `priors` has {priors}; expected 1 to {MAX_PRIORS}"
             )));
         }
         let chance = self.map.unmodelled_probability;
@@ -184,7 +184,7 @@ pub fn by_classes(
 /// The curve of a detector, which answers with probabilities P(f_i = 1 | s): doors, ceiling lights, BaLL.
 ///
 /// `answers` are those for every snapshot of the recording, `[snapshot, feature]`; the rest as for [`by_classes`]. The
-/// error is exact, over all outcomes of the features (T98 eq. 36), up to [`MOST_FEATURES`] of them; more are taken by
+/// error is exact, over all outcomes of the features (T98 eq. 36), up to [`MAX_FEATURES`] of them; more are taken by
 /// mean field.
 ///
 /// # Errors
@@ -204,7 +204,7 @@ pub fn by_probabilities(
     context.curve(|prior, truths| {
         let (at, seen) = (places.select(truths), answers.select(Axis(0), truths));
         let (truths, map) = ((&at, seen.view()), (candidates, &map));
-        if answers.ncols() > MOST_FEATURES {
+        if answers.ncols() > MAX_FEATURES {
             return Ok(held_out::by_mean_field(prior, truths, map));
         }
         held_out::by_features(prior, truths, map)

@@ -15,9 +15,6 @@ use crate::{
 use ndarray::{Array2, ArrayView1, ArrayView2};
 use rayon::prelude::*;
 
-/// Bandwidths h that the kernel is tuned over, in units of the inputs' deviation.
-const BANDWIDTHS: [f64; 10] = [0.01, 0.02, 0.04, 0.08, 0.12, 0.16, 0.24, 0.32, 0.64, 1.28];
-
 /// Those of some truths whose prior admits at least two candidates: the others have no error to reduce.
 pub fn counted(
     uncertainty: Uncertainty,
@@ -144,26 +141,6 @@ pub fn by_kernel(
     })
 }
 
-/// The bandwidth of least error on the validation part, given as its places and their distances `[validation, candidate]`
-/// from the candidates' scans; in the middle of the range where nothing can be validated.
-pub fn tuned_bandwidth(
-    uncertainty: Uncertainty,
-    validation: &Places,
-    candidates: &Places,
-    square: ArrayView2<f32>,
-) -> f64 {
-    let mut best = (BANDWIDTHS[BANDWIDTHS.len() / 2], f64::INFINITY);
-    if !validation.is_empty() {
-        for h in BANDWIDTHS {
-            let score = by_kernel(uncertainty, validation, candidates, square, h);
-            if score.posterior_error_m < best.1 {
-                best = (h, score.posterior_error_m);
-            }
-        }
-    }
-    best.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -254,7 +231,5 @@ mod tests {
         let (sharp, blunt) = (by(0.1), by(1e6));
         assert!(sharp.error_reduction > 0.999, "{sharp:?}");
         assert!(blunt.error_reduction.abs() < 1e-6, "{blunt:?}");
-        let tuned = tuned_bandwidth(Uncertainty::Global, &places, &places, square.view());
-        assert!(tuned < 0.5, "{tuned}");
     }
 }

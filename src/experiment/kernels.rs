@@ -1,7 +1,7 @@
 //! The baselines that keep the scans themselves: each training scan once, and each in many moved views.
 
 use super::{
-    held_out,
+    evidence_tuning, held_out,
     methods::{AnswersBy, Method, MethodContext},
     parts::TrainingSource,
 };
@@ -137,7 +137,7 @@ impl Queries {
             let rows: Vec<usize> = (0..validation.len())
                 .filter(|&row| counted.contains(&validation[row]))
                 .collect();
-            held_out::tuned_bandwidth(
+            evidence_tuning::tuned_bandwidth(
                 prior,
                 &source_places.select(&counted),
                 places,

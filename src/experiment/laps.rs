@@ -97,11 +97,11 @@ pub struct Trace {
 /// Resolution at which a trace is compared with itself, metres; coarser where it is very long.
 const STEP_M: f64 = 0.1;
 /// Most samples of a trace: their products with one another are counted in hundreds of millions.
-const MOST_SAMPLES: f64 = 20_000.0;
+const MAX_SAMPLES: f64 = 20_000.0;
 /// A direction is that of the chord from so far behind to so far ahead, metres: wheels' noise drowns shorter ones.
 const CHORD_M: f64 = 0.5;
 /// Share of a lap by which its end may miss its start: three times the worst drift that D98 5.2 tells of.
-const MOST_DRIFT: f64 = 0.15;
+const MAX_DRIFT: f64 = 0.15;
 /// Of lags nearly as good as the best (it may be that of two laps) the first is the lap's.
 const NEARLY: f64 = 0.9;
 /// A lap may be longer or shorter than the others by this share.
@@ -147,7 +147,7 @@ impl Trace {
                  \"split\" or \"first_run\", or [protocol.laps] starts_s = [..])"
             ))
         };
-        let step_m = STEP_M.max(length_m / MOST_SAMPLES);
+        let step_m = STEP_M.max(length_m / MAX_SAMPLES);
         let places = self.resampled(step_m);
         let directions = directions(&places, (CHORD_M / step_m).ceil() as usize);
         let shortest = (config.shortest_m / step_m).ceil() as usize;
@@ -301,7 +301,7 @@ fn likeness(places: &[[f64; 2]], directions: &[[f64; 2]], lag: usize, step_m: f6
     let pairs = (places.len() - lag) as f64;
     let missed = places.iter().zip(&places[lag..]);
     let missed = missed.map(|(a, b)| apart(*a, *b)).sum::<f64>() / pairs;
-    if missed > MOST_DRIFT * lag as f64 * step_m {
+    if missed > MAX_DRIFT * lag as f64 * step_m {
         return f64::NEG_INFINITY;
     }
     let cosines = directions.iter().zip(&directions[lag..]);

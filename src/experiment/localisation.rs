@@ -7,7 +7,7 @@ use super::{
     line_up::line_up,
     methods::{AnswersBy, Method, MethodContext},
     parts::Parts,
-    trials::{self, Drawing, Trial},
+    trials::{self, Trial, TrialSampling},
 };
 use crate::{
     belief::{Belief, Neighbours, OdometryMotion, Uncertainty},
@@ -186,13 +186,13 @@ fn drawn(context: &MethodContext) -> Result<Vec<Trial>> {
     let near = Neighbours::find(&model.places(), &parts.places, nearness)?;
     let is_mapped = |k: usize| near.is_mapped(k);
     let stretches = trials::stretches(parts.run, &parts.unseen, is_mapped, config.longest_gap_m);
-    let drawing = Drawing {
+    let sampling = TrialSampling {
         count: config.trials,
         spacing_m: config.spacing_m,
         shortest_m: config.shortest_m,
         longest_m: config.longest_m,
     };
-    trials::draw(parts.run, &stretches, &drawing, context.seed())
+    trials::draw(parts.run, &stretches, &sampling, context.seed())
 }
 
 fn summary(

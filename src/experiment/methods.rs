@@ -10,7 +10,7 @@ use crate::{
     belief::{Belief, Evidence, FeatureMap, Grid, Neighbours, OdometryMotion, Places, Uncertainty},
     detector::Detector,
     error::{Error, Result},
-    learning::{error_reduction::ErrorReduction, objective::MOST_FEATURES},
+    learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES},
     localiser::{
         Localiser, PreparedSensorModel, SensorModel, responses::ResponseModel,
         sensor_model::PreparedFeatures,
@@ -63,7 +63,8 @@ pub enum AnswersBy<'a> {
 /// let recording = npz::read("corridor.npz".as_ref())?; // the model's own: the trials run on its test part
 /// let parts = Parts::new(&model, &recording, None)?;
 /// let config = LocaliseConfig::default();
-/// let context = MethodContext::new(&[&model], &parts, &config)?;
+/// let models = [&model];
+/// let context = MethodContext::new(&models, &parts, &config)?;
 /// let mut methods = line_up(&context)?;
 /// methods.push(context.detector("mine", "my detector", my_detector().as_ref())?);
 /// let record = localisation::play(&context, methods, &mut |_| ())?;
@@ -147,7 +148,7 @@ impl<'a> MethodContext<'a> {
     /// How a code of so many features is held against its map: as the configuration says, but by mean field where there are
     /// too many for all their outcomes.
     pub fn evidence(&self, features: usize) -> Evidence {
-        if features > MOST_FEATURES {
+        if features > MAX_FEATURES {
             Evidence::MeanField
         } else {
             self.config.evidence

@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod convergence;
 pub mod error_reduction;
+pub mod evidence_tuning;
 pub mod held_out;
 pub mod kernels;
 pub mod landmarks;

@@ -52,7 +52,7 @@ impl<'a> Parts<'a> {
             None if run_is_source => Some(Cow::Borrowed(run)),
             None => None,
         };
-        refuse_the_way_back(run)?;
+        refuse_two_way_route(run)?;
         let source = source
             .map(|recording| {
                 let split = model.header.recipe.split.split(&recording)?;
@@ -74,7 +74,7 @@ impl<'a> Parts<'a> {
             ));
         }
         if !run_is_source {
-            refuse_the_familiar(model, run)?;
+            refuse_training_data(model, run)?;
         }
         let (unseen, unseen_is_validation) = match &source {
             Some((source, test)) if run_is_source && test.is_empty() => {
@@ -104,7 +104,7 @@ impl<'a> Parts<'a> {
 }
 
 /// A recording that is not the model's own may still hold what the model learned from: the same poses to the last bit.
-fn refuse_the_familiar(model: &Model, run: &Recording) -> Result<()> {
+fn refuse_training_data(model: &Model, run: &Recording) -> Result<()> {
     let known = seen::learned_poses(&model.pose, run, &[]);
     if seen::is_chance(known) {
         return Ok(());
@@ -118,7 +118,7 @@ fn refuse_the_familiar(model: &Model, run: &Recording) -> Result<()> {
 }
 
 /// A belief along a route knows no heading, so odometry can only carry it forwards.
-fn refuse_the_way_back(run: &Recording) -> Result<()> {
+fn refuse_two_way_route(run: &Recording) -> Result<()> {
     if !run.goes_one_way() {
         return Err(Error::work(
             "array `route`: it is driven backwards, too; a belief along a route knows one direction only: leave `route` \

@@ -4,7 +4,7 @@
 //! answered, and the parameters of each system are set so that all give the same number of responses N_R: more responses
 //! can tell more, whoever gives them.
 
-use super::{protocol::Protocol, standard::MOST_DRAWINGS};
+use super::{protocol::Protocol, standard::MAX_DRAWINGS};
 use crate::{
     error::{Error, Result},
     recogniser::{Kind, Recogniser, RecogniserConfig},
@@ -46,7 +46,7 @@ impl Default for RecognitionConfig {
 }
 
 /// Most responses that can be asked for.
-const MOST_RESPONSES: usize = 10_000;
+const MAX_RESPONSES: usize = 10_000;
 /// Steps of the search by halves: each dial's range is left with a part in a million.
 const HALVINGS: usize = 20;
 /// Values tried evenly over the range, from where halving ended outwards, where it ended beside the number: it needn't
@@ -66,7 +66,7 @@ impl RecognitionConfig {
             return wrong("bin_m", self.bin_m.to_string(), "more than 0");
         }
         if let Some(responses) = self.responses
-            && !(2..=MOST_RESPONSES).contains(&responses)
+            && !(2..=MAX_RESPONSES).contains(&responses)
         {
             return wrong("responses", responses.to_string(), "2 to 10000");
         }
@@ -74,7 +74,7 @@ impl RecognitionConfig {
             ("permutations", self.permutations),
             ("resamples", self.resamples),
         ] {
-            if value > MOST_DRAWINGS {
+            if value > MAX_DRAWINGS {
                 return wrong(key, value.to_string(), "1000000 or less");
             }
         }

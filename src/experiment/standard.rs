@@ -13,7 +13,7 @@ pub use replay::{Trial, trials};
 use super::protocol::Protocol;
 use crate::{
     error::{Error, Result},
-    localiser::{Estimate, Localiser, Player, Probable, Step},
+    localiser::{Estimate, Localiser, Probable, Step, TrialRunner},
     score::{
         Binning, Contingency, Effort, Entropies, Interval, Judgement, PosteriorScore,
         corrected_coefficient,
@@ -60,9 +60,9 @@ impl Default for StandardConfig {
 }
 
 /// Most contingency tables of one experiment.
-const MOST_TABLES: f64 = 10_000.0;
+const MAX_TABLES: f64 = 10_000.0;
 /// Most random tables that are drawn to judge one.
-pub(super) const MOST_DRAWINGS: u64 = 1_000_000;
+pub(super) const MAX_DRAWINGS: u64 = 1_000_000;
 
 impl StandardConfig {
     /// # Errors
@@ -83,7 +83,7 @@ impl StandardConfig {
                 return wrong(key, value, "more than 0");
             }
         }
-        if self.trial_m / self.step_m > MOST_TABLES {
+        if self.trial_m / self.step_m > MAX_TABLES {
             return wrong(
                 "step_m",
                 self.step_m,
@@ -101,7 +101,7 @@ impl StandardConfig {
             ("permutations", self.permutations),
             ("resamples", self.resamples),
         ] {
-            if value > MOST_DRAWINGS {
+            if value > MAX_DRAWINGS {
                 return wrong(key, value as f64, "1000000 or less");
             }
         }
@@ -195,7 +195,7 @@ enum Answer {
 
 /// What is counted of one snapshot of a trial.
 #[derive(Debug, Clone, Copy)]
-struct Heard {
+struct ScoredStep {
     /// The true location L.
     location: usize,
     answer: Answer,
@@ -236,36 +236,36 @@ pub fn play(
     config.check()?;
     let (trials, mut notes) = trials(protocol, config)?;
     let player = localiser.prepare(&protocol.recording, &protocol.testing)?;
-    let heard: Vec<Vec<Heard>> = trials
+    let scored: Vec<Vec<ScoredStep>> = trials
         .par_iter()
         .enumerate()
         .map(|(number, trial)| {
             let steps = replay(protocol, localiser, &*player, trial, number, seed)?;
-            heard(protocol, binning, trial, &steps, localiser.is_blind())
+            scored(protocol, binning, trial, &steps, localiser.is_blind())
         })
         .collect::<Result<_>>()?;
     let at = |table: usize| {
-        let each = trials.iter().zip(&heard);
-        each.map(move |(trial, heard)| heard[trial.step_at[table]])
+        let each = trials.iter().zip(&scored);
+        each.map(move |(trial, scored)| scored[trial.step_at[table]])
     };
     let tables: Vec<Contingency<usize, Answer>> = (0..config.tables())
         .map(|number| {
             let mut table = Contingency::new();
-            at(number).for_each(|heard| table.record(heard.location, heard.answer));
+            at(number).for_each(|scored| table.record(scored.location, scored.answer));
             table
         })
         .collect();
     let mut soft = Vec::new();
     for number in 0..config.tables() {
         let mut score = PosteriorScore::new();
-        for heard in at(number) {
-            score.record(heard.location, heard.probability)?;
+        for scored in at(number) {
+            score.record(scored.location, scored.probability)?;
         }
         soft.push(score);
     }
     let has_posterior = soft.iter().any(|score| score.answered() > 0);
     let soft = mean(soft.iter().filter_map(PosteriorScore::coefficient));
-    let counted = || (0..tables.len()).flat_map(at).map(|heard| heard.answer);
+    let counted = || (0..tables.len()).flat_map(at).map(|scored| scored.answer);
     let share = |answer: Answer| {
         let same = counted().filter(|&given| given == answer).count();
         same as f64 / (trials.len() * tables.len()) as f64
@@ -342,7 +342,7 @@ pub fn play(
 fn replay(
     protocol: &Protocol,
     localiser: &dyn Localiser,
-    player: &dyn Player,
+    player: &dyn TrialRunner,
     trial: &Trial,
     number: usize,
     seed: Seed,
@@ -364,13 +364,13 @@ fn replay(
 
 /// What is counted of a trial, snapshot by snapshot. One who never looks stays outside once there, "for the rest of that
 /// trial" (7.1).
-fn heard(
+fn scored(
     protocol: &Protocol,
     binning: &Binning,
     trial: &Trial,
     steps: &[Step],
     blind: bool,
-) -> Result<Vec<Heard>> {
+) -> Result<Vec<ScoredStep>> {
     // With a thousandth of slack for rounding.
     let diagonal_squared = 2.001 * binning.size_m().powi(2);
     let mut lost = false;
@@ -394,7 +394,7 @@ fn heard(
             .filter(at_location)
             .map(|(_, p)| p)
             .sum();
-        Ok(Heard {
+        Ok(ScoredStep {
             location,
             answer,
             probability: (!step.posterior.is_empty()).then_some(probability),

@@ -23,7 +23,7 @@ pub struct Trial {
 
 /// How trials are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drawing {
+pub struct TrialSampling {
     /// Number of trials.
     pub count: usize,
     /// Metres between two snapshots; where the log is sparser, every one is taken.
@@ -74,7 +74,7 @@ pub fn stretches(
 pub fn draw(
     recording: &Recording,
     stretches: &[Range<usize>],
-    drawing: &Drawing,
+    sampling: &TrialSampling,
     seed: Seed,
 ) -> Result<Vec<Trial>> {
     let travelled = recording.travelled_m();
@@ -83,7 +83,7 @@ pub fn draw(
         .iter()
         .enumerate()
         .flat_map(|(s, stretch)| stretch.clone().map(move |k| (s, k)))
-        .filter(|&(s, k)| travelled[stretches[s].end - 1] - travelled[k] >= drawing.shortest_m)
+        .filter(|&(s, k)| travelled[stretches[s].end - 1] - travelled[k] >= sampling.shortest_m)
         .collect();
     if starts.is_empty() {
         return Err(Error::work(format!(
@@ -91,7 +91,7 @@ pub fn draw(
              {} m (localise.shortest_m), or a split with longer stretches (train.split.unit)",
             stretches.len(),
             stretches.iter().map(length).fold(0.0, f64::max),
-            drawing.shortest_m
+            sampling.shortest_m
         )));
     }
     let runs = recording.runs();
@@ -100,7 +100,7 @@ pub fn draw(
         .iter()
         .any(|&(_, k)| run_of(k) != run_of(starts[0].1));
     let mut random = seed.stream("trial starts");
-    let mut drawn: Vec<(usize, usize)> = (0..drawing.count)
+    let mut drawn: Vec<(usize, usize)> = (0..sampling.count)
         .map(|_| starts[random.random_range(0..starts.len())])
         .collect();
     drawn.sort_unstable();
@@ -116,11 +116,11 @@ pub fn draw(
             for k in start + 1..stretches[stretch].end {
                 let distance = travelled[k] - travelled[start];
                 let last = trial.travelled_m[trial.travelled_m.len() - 1];
-                if distance > drawing.longest_m {
+                if distance > sampling.longest_m {
                     break;
                 }
                 // A thousandth of slack, or a log with a snapshot every 0.5 m would give one every metre.
-                if distance - last >= drawing.spacing_m * 0.999 {
+                if distance - last >= sampling.spacing_m * 0.999 {
                     trial.snapshots.push(k);
                     trial.travelled_m.push(distance);
                 }
@@ -181,13 +181,13 @@ mod tests {
 
     #[test]
     fn trials_keep_their_spacing_and_their_length() {
-        let drawing = Drawing {
+        let sampling = TrialSampling {
             count: 50,
             spacing_m: 0.5,
             shortest_m: 4.0,
             longest_m: 5.0,
         };
-        let drawn = draw(&recording(), &[0..40, 40..60], &drawing, Seed(1)).unwrap();
+        let drawn = draw(&recording(), &[0..40, 40..60], &sampling, Seed(1)).unwrap();
         assert_eq!(drawn.len(), 50);
         assert!(drawn.iter().any(|t| t.stretch == 1) && drawn.iter().any(|t| t.stretch == 0));
         for trial in &drawn {
@@ -202,16 +202,16 @@ mod tests {
         }
         assert_eq!(
             drawn,
-            draw(&recording(), &[0..40, 40..60], &drawing, Seed(1)).unwrap()
+            draw(&recording(), &[0..40, 40..60], &sampling, Seed(1)).unwrap()
         );
         assert_ne!(
             drawn,
-            draw(&recording(), &[0..40, 40..60], &drawing, Seed(2)).unwrap()
+            draw(&recording(), &[0..40, 40..60], &sampling, Seed(2)).unwrap()
         );
         let short = draw(
             &recording(),
             std::slice::from_ref(&(0..10)),
-            &drawing,
+            &sampling,
             Seed(1),
         )
         .unwrap_err()

@@ -8,7 +8,7 @@ const PROMISED: f64 = 0.1;
 /// The search ends where it would change the length by less than this share.
 const NEAR_ENOUGH: f64 = 0.2;
 /// Most points tried.
-const MOST_TRIES: usize = 10;
+const MAX_TRIES: usize = 10;
 /// A length grows by at most this from one try to the next, and shrinks by at most its inverse.
 const STRETCH: f64 = 10.0;
 
@@ -38,7 +38,7 @@ pub fn line_search(
 ) -> Result<Option<f64>> {
     let mut best: Option<(f64, f64)> = None; // length, error
     let mut length = first.min(longest);
-    for _ in 0..MOST_TRIES {
+    for _ in 0..MAX_TRIES {
         let here = error_at(length)?;
         let bend = here - error - slope * length;
         let bottom = match bend > 0.0 {

@@ -24,7 +24,7 @@ mod priors;
 pub use priors::Priors;
 
 /// Most features of a wide code: 32 bytes a place when rounded.
-pub const MOST_FEATURES: usize = 256;
+pub const MAX_FEATURES: usize = 256;
 
 /// Maps are kept this far from 0 and 1, whatever their own floor: f32 knows no probability nearer to 1.
 const SMALLEST_PROBABILITY: f32 = 1e-6;

@@ -11,7 +11,7 @@
 //!
 //! D is P(f) under the prior, ē[k*, f] the error expected at k* after sensing f. In Thrun's objective (eq. 42) the map is
 //! the training snapshots themselves, M = P. The printed gradient lacks Bel_prior in both denominators; this is the
-//! derivative of eq. 42 itself. [`reference`] has these lines as dense matrices.
+//! derivative of eq. 42 itself. [`mod@reference`] has these lines as dense matrices.
 //!
 //! A prior belief is uniform over the places it admits, so its height cancels in N/D and in U: sums over those places do
 //! for products with A and Bel. `objective/passes.rs` has the three passes that [`Objective::evaluate`] makes.
@@ -33,7 +33,7 @@ use ndarray::{ArrayView1, ArrayView2};
 pub use passes::Objective;
 
 /// Most features that 2^n outcomes allow.
-pub const MOST_FEATURES: usize = 12;
+pub const MAX_FEATURES: usize = 12;
 
 /// D counts as at least this, for saturated features: an outcome this rare adds at most this times the extent to the error.
 const SMALLEST_PROBABILITY: f64 = 1e-12;
@@ -74,7 +74,7 @@ impl<T: Real> Objective<T> {
     /// the number of threads nor on what was evaluated before.
     ///
     /// # Errors
-    /// Where there is no feature or more than [`MOST_FEATURES`], or numbers of places, features and weights do not fit.
+    /// Where there is no feature or more than [`MAX_FEATURES`], or numbers of places, features and weights do not fit.
     pub fn evaluate(
         &mut self,
         prior: &PriorOperator,
@@ -131,7 +131,7 @@ impl Truth {
         let (slope, u) = (T::rounded(&slope), T::rounded(&u));
         // Where one place alone shows f, e − ē vanishes there: U∘ē must be that of the U that was rounded.
         for l in 0..LANES {
-            expected_m[l] = u[l].to_f64() * expected_m[l];
+            expected_m[l] *= u[l].to_f64();
         }
         (slope, u, expected_m)
     }

@@ -5,7 +5,7 @@ use super::{
     mean_field::{self, Priors},
     objective::{self, Evaluation, Objective as Exact},
     prior_operator::PriorOperator,
-    recipe::{Objective, Recipe},
+    recipe::{ObjectiveKind, Recipe},
     smoothing::Smoothing,
 };
 use crate::{
@@ -75,7 +75,7 @@ impl Problem {
     /// Where there is no candidate.
     pub fn reported(recipe: &Recipe, truths: &Places, candidates: &Places) -> Result<Self> {
         let priors = match recipe.descent.objective {
-            Objective::Exact => Joined::Exact(
+            ObjectiveKind::Exact => Joined::Exact(
                 PriorOperator::new(recipe.uncertainty, truths, candidates),
                 objective::equal_weights(truths.len()),
                 Stated {
@@ -84,7 +84,7 @@ impl Problem {
                     candidates: candidates.clone(),
                 },
             ),
-            Objective::MeanField => {
+            ObjectiveKind::MeanField => {
                 let stated = vec![recipe.uncertainty; truths.len()];
                 let priors = Priors::new(stated, truths.clone(), candidates.clone());
                 let weight = priors.equal_weights();
@@ -108,7 +108,7 @@ impl Problem {
         truths: Places,
         candidates: Places,
     ) -> Result<Self> {
-        if recipe.descent.objective == Objective::Exact {
+        if recipe.descent.objective == ObjectiveKind::Exact {
             return Self::reported(recipe, &truths, &candidates);
         }
         let smoothing = Smoothing::new(&recipe.map, &candidates)?;

@@ -42,7 +42,7 @@ pub struct Recipe {
 #[serde(deny_unknown_fields, default)]
 pub struct DescentConfig {
     /// What is descended.
-    pub objective: Objective,
+    pub objective: ObjectiveKind,
     /// Rule for a step.
     pub optimiser: Optimiser,
     /// What the errors of the truths are put together to.
@@ -94,7 +94,7 @@ pub const FORMER_KEYS: [(&str, &str); 2] = [
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
-pub enum Objective {
+pub enum ObjectiveKind {
     /// Sums over all 2^n outcomes (Thrun 1998, eq. 42); for few features.
     Exact,
     /// The probabilities themselves as evidence; for any number of features.
@@ -177,7 +177,7 @@ pub struct PriorMix {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
-pub enum Named {
+pub enum NamedRecipe {
     /// What holds up best on runs that training never saw: [`Recipe::default`].
     #[default]
     Default,
@@ -185,7 +185,7 @@ pub enum Named {
     Thrun1998,
 }
 
-impl Named {
+impl NamedRecipe {
     /// All there are.
     pub const ALL: [Self; 2] = [Self::Default, Self::Thrun1998];
 
@@ -206,7 +206,7 @@ impl Named {
     }
 }
 
-impl std::str::FromStr for Named {
+impl std::str::FromStr for NamedRecipe {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
@@ -278,7 +278,7 @@ impl Default for Recipe {
 impl Default for DescentConfig {
     fn default() -> Self {
         Self {
-            objective: Objective::MeanField,
+            objective: ObjectiveKind::MeanField,
             optimiser: Optimiser::Adam,
             scale: Scale::PriorShare,
             learning_rate: 0.003,

@@ -30,9 +30,12 @@ use phase::Phase;
 use restarts::{checkpoint_of, restart_seed};
 use std::path::Path;
 
-/// Share of the steps after which a training that has learned nothing ends, and …
+/// Share of the steps after which a training that has learned nothing ends, …
 const NOTHING_LEARNED_AFTER: f64 = 0.25;
-/// … the error reduction on the validation part that counts as nothing.
+/// … the judgements of the validation part that must have come as well (one of a few steps is not judged by its first
+/// weights alone), …
+const NOTHING_LEARNED_LOOKS: usize = 4;
+/// … and the error reduction on that part that counts as nothing.
 pub const NOTHING_LEARNED: f64 = 0.01;
 
 /// Where a training keeps its checkpoints, and whether it goes on from one.
@@ -181,8 +184,9 @@ fn reason_to_stop(recipe: &Recipe, trainer: &Trainer) -> Option<StoppedBy> {
     }
     // One feature of a sequence may well be worth nothing by itself, and a start may lie on a plateau that is left later:
     // as long as the best still rises, however low it is, the training goes on.
-    let quarter = NOTHING_LEARNED_AFTER * descent.steps as f64;
-    let hopeless = !descent.sequential && best < NOTHING_LEARNED && since_best as f64 >= quarter;
+    let share = (NOTHING_LEARNED_AFTER * descent.steps as f64).ceil() as usize;
+    let enough = share.max(NOTHING_LEARNED_LOOKS * descent.validate_every);
+    let hopeless = !descent.sequential && best < NOTHING_LEARNED && since_best >= enough;
     hopeless.then_some(StoppedBy::NothingLearned)
 }
 

@@ -5,7 +5,7 @@
 use super::{
     error_reduction::{ErrorReduction, Errors},
     problem::{Problem, Workspace},
-    recipe::{Objective, Recipe},
+    recipe::{ObjectiveKind, Recipe},
 };
 use crate::{
     belief::Places,
@@ -22,7 +22,7 @@ pub const COVERED_WITHIN_M: f64 = 0.5;
 pub const COVERED_WITHIN_RAD: f64 = 0.45;
 
 /// Most truths that a wide code is judged on: cost is truths × places.
-const MOST_JUDGED: usize = 2000;
+const MAX_JUDGED: usize = 2000;
 
 /// The training part, ready for the objective.
 pub struct TrainingSet<'a> {
@@ -173,7 +173,7 @@ impl<'a> TrainingSet<'a> {
 /// Truths that a part is judged on; where steps descend on all of the training part, that is judged as a whole.
 fn most_judged(recipe: &Recipe) -> usize {
     match (recipe.descent.objective, recipe.descent.truths_per_step) {
-        (Objective::MeanField, 1..) => MOST_JUDGED,
+        (ObjectiveKind::MeanField, 1..) => MAX_JUDGED,
         _ => usize::MAX,
     }
 }

@@ -9,17 +9,17 @@
 //! plane that is. A route driven in laps or both ways is none for such a belief; there the places are poses in the plane.
 
 mod frame;
-mod player;
 mod saved;
+mod trial_runner;
 
 use super::{
-    Learn, Localiser, Player,
+    Learn, Localiser, TrialRunner,
     sensor_model::{Compass, Independent},
 };
 use crate::{
     belief::{
         Evidence, FeatureMap, Grid, GridConfig, MapConfig, OdometryMotion, Places,
-        evidence::MOST_ENUMERATED_FEATURES,
+        evidence::MAX_ENUMERATED_FEATURES,
     },
     detector::{Detector, filters::Filters},
     error::{Error, Result},
@@ -207,10 +207,10 @@ impl Bayes {
 }
 
 fn check_evidence(evidence: Evidence, features: usize) -> Result<()> {
-    if evidence == Evidence::Jeffrey && features > MOST_ENUMERATED_FEATURES {
+    if evidence == Evidence::Jeffrey && features > MAX_ENUMERATED_FEATURES {
         return Err(Error::usage(format!(
             "bayes.evidence = jeffrey: the model has {features} features; expected at most \
-             {MOST_ENUMERATED_FEATURES}, or another evidence"
+             {MAX_ENUMERATED_FEATURES}, or another evidence"
         )));
     }
     Ok(())
@@ -238,8 +238,10 @@ impl Localiser for Bayes {
         &'a self,
         recording: &'a Recording,
         snapshots: &[usize],
-    ) -> Result<Box<dyn Player + 'a>> {
-        Ok(Box::new(player::Filter::new(self, recording, snapshots)?))
+    ) -> Result<Box<dyn TrialRunner + 'a>> {
+        Ok(Box::new(trial_runner::Filter::new(
+            self, recording, snapshots,
+        )?))
     }
 }
 

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use ndarray::ArrayView2;
 
 /// Most features in a code.
-pub const MOST_FEATURES: usize = 64;
+pub const MAX_FEATURES: usize = 64;
 
 /// Probabilities `[place, feature]` rounded, bit i of a code for feature i; a half counts as seen.
 ///
@@ -21,12 +21,12 @@ pub const MOST_FEATURES: usize = 64;
 /// ```
 ///
 /// # Errors
-/// Where there are more than [`MOST_FEATURES`] features.
+/// Where there are more than [`MAX_FEATURES`] features.
 pub fn packed(probability: ArrayView2<f32>) -> Result<Vec<u64>> {
     let n = probability.ncols();
-    if n > MOST_FEATURES {
+    if n > MAX_FEATURES {
         return Err(Error::work(format!(
-            "a code of {n} features; expected up to {MOST_FEATURES}"
+            "a code of {n} features; expected up to {MAX_FEATURES}"
         )));
     }
     let pack = |bits: u64, (i, &g): (usize, &f32)| bits | u64::from(g >= 0.5) << i;

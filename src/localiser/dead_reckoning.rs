@@ -1,6 +1,6 @@
 //! Uncorrected dead reckoning: from the true start of the trial it adds up what odometry says.
 
-use super::{Estimate, Learn, Localiser, Player, Step};
+use super::{Estimate, Learn, Localiser, Step, TrialRunner};
 use crate::{
     error::Result,
     geometry::Pose,
@@ -30,7 +30,7 @@ pub struct DeadReckoning {}
 
 struct Reckoner<'a>(&'a Recording);
 
-impl Player for Reckoner<'_> {
+impl TrialRunner for Reckoner<'_> {
     /// Without a start it has nothing to add to, and no answer.
     fn play(&self, trial: &[usize], start: Option<Pose>, _: &mut Stream) -> Result<Vec<Step>> {
         let odometry = |k: usize| self.0.observation(k).odometry;
@@ -75,7 +75,7 @@ impl Localiser for DeadReckoning {
         &'a self,
         recording: &'a Recording,
         _: &[usize],
-    ) -> Result<Box<dyn Player + 'a>> {
+    ) -> Result<Box<dyn TrialRunner + 'a>> {
         Ok(Box::new(Reckoner(recording)))
     }
 }

@@ -18,7 +18,7 @@ mod hypotheses;
 pub use hypotheses::{Hypotheses, Hypothesis};
 
 use super::{
-    Learn, Localiser, Player, Step,
+    Learn, Localiser, Step, TrialRunner,
     place_map::{PlaceMap, PlaceMapConfig},
     prepared::Prepared,
 };
@@ -98,7 +98,7 @@ struct Prepare<'a> {
     sights: Prepared<Option<Sight>>,
 }
 
-impl Player for Prepare<'_> {
+impl TrialRunner for Prepare<'_> {
     fn play(&self, trial: &[usize], _: Option<Pose>, stream: &mut Stream) -> Result<Vec<Step>> {
         let mut robot = Hypotheses::none(self.evidence);
         let step = |&k: &usize| {
@@ -130,7 +130,7 @@ impl Localiser for EvidenceBased {
         &'a self,
         recording: &'a Recording,
         snapshots: &[usize],
-    ) -> Result<Box<dyn Player + 'a>> {
+    ) -> Result<Box<dyn TrialRunner + 'a>> {
         self.check_channels(recording.channels())?;
         let sight = |&k: &usize| {
             let signature = self

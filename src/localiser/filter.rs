@@ -2,7 +2,7 @@
 
 use super::PreparedSensorModel;
 use crate::{
-    belief::{Bayes, Belief, Grid, OdometryMotion},
+    belief::{BayesFilter, Belief, Grid, OdometryMotion},
     error::Result,
     recording::Observation,
     seed::Stream,
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// The Bayes filter with a sensor model: Thrun (1998), Table 1, driven by the odometry of a run.
 pub struct BayesLocaliser<'a> {
-    filter: Bayes,
+    filter: BayesFilter,
     sensor: Option<&'a dyn PreparedSensorModel>,
     stream: Stream,
     last: Option<crate::geometry::Pose>,
@@ -30,7 +30,7 @@ impl<'a> BayesLocaliser<'a> {
         stream: Stream,
     ) -> Result<Self> {
         Ok(Self {
-            filter: Bayes::new(grid, motion.clone(), start)?,
+            filter: BayesFilter::new(grid, motion.clone(), start)?,
             sensor,
             stream,
             last: None,

@@ -5,7 +5,7 @@
 //! evidence-based localisation. Under the same `map` constants it does.
 
 use super::{
-    Learn, Localiser, Player,
+    Learn, Localiser, TrialRunner,
     place_map::{PlaceMap, PlaceMapConfig},
     prepared::{Answers, Prepared},
 };
@@ -69,7 +69,7 @@ impl Localiser for LandmarkClassifier {
         &'a self,
         recording: &'a Recording,
         snapshots: &[usize],
-    ) -> Result<Box<dyn Player + 'a>> {
+    ) -> Result<Box<dyn TrialRunner + 'a>> {
         self.check_channels(recording.channels())?;
         let nearest = |&k: &usize| {
             let signature = self

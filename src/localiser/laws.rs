@@ -134,7 +134,8 @@ fn sound(
         let sum: f64 = step.posterior.iter().map(|(_, p)| p).sum();
         let mut probable = step.posterior.iter();
         let is_posterior = probable.all(|(place, p)| finite(place) && (0.0..=1.0).contains(p));
-        if !step.posterior.is_empty() && !(is_posterior && (sum - 1.0).abs() < 1e-6) {
+        let sums_to_1 = is_posterior && (sum - 1.0).abs() < 1e-6;
+        if !step.posterior.is_empty() && !sums_to_1 {
             return Err(format!(
                 "a posterior with sum {sum}; expected probabilities of finite places with sum 1"
             ));

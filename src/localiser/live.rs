@@ -2,7 +2,7 @@
 
 use super::sensor_model::{LearnedFeatures, SensorModel};
 use crate::{
-    belief::{Bayes, Belief, Evidence, Grid, GridConfig, OdometryMotion, Places},
+    belief::{BayesFilter, Belief, Evidence, Grid, GridConfig, OdometryMotion, Places},
     error::{Error, Result},
     geometry::{Displacement, Pose},
     model::Model,
@@ -48,7 +48,7 @@ pub const LOST_EVIDENCE: f64 = 6.0;
 
 /// Most evidence that a single observation gives for or against the belief, in nats, so that one reading out of order is not
 /// enough.
-const MOST_EVIDENCE: f64 = 2.0;
+const MAX_EVIDENCE: f64 = 2.0;
 
 /// A robot that localises itself as it drives: the grid Bayes filter of Thrun (1998), Table 1, with a trained [`Model`] or
 /// any other [`SensorModel`].
@@ -74,7 +74,7 @@ const MOST_EVIDENCE: f64 = 2.0;
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 pub struct LiveLocaliser {
-    filter: Bayes,
+    filter: BayesFilter,
     sensor: Box<dyn SensorModel>,
     stream: Stream,
     odometry: Option<Pose>,
@@ -118,7 +118,7 @@ impl LiveLocaliser {
     ) -> Result<Self> {
         let no_idea = Belief::uniform(grid.places())?;
         Ok(Self {
-            filter: Bayes::new(grid, motion, no_idea.clone())?,
+            filter: BayesFilter::new(grid, motion, no_idea.clone())?,
             sensor,
             stream,
             odometry: None,
@@ -205,7 +205,7 @@ impl LiveLocaliser {
         // ln Σ_ξ Bel(ξ) P(z|ξ), from the model as it is scaled, and the same for a robot that may be anywhere.
         let log_predictive = self.filter.correct(&log_likelihood)?;
         let anywhere = self.no_idea.log_predictive(&log_likelihood);
-        let ratio = (log_predictive - anywhere).clamp(-MOST_EVIDENCE, MOST_EVIDENCE);
+        let ratio = (log_predictive - anywhere).clamp(-MAX_EVIDENCE, MAX_EVIDENCE);
         // Page, *Continuous inspection schemes*, Biometrika 41 (1954): what speaks for the belief is not saved up.
         self.evidence = (self.evidence + ratio).clamp(-2.0 * LOST_EVIDENCE, 0.0);
         Ok(log_predictive)

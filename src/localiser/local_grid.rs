@@ -9,7 +9,7 @@
 //! those lattice points that lie in the disc: 49 at the printed constants, where a square would have 81, with corners
 //! 57 cm away. Its axes are those of the plan. Of several poses as near, that nearest to the reckoned one counts.
 
-use super::{Estimate, Learn, Localiser, Player, Step};
+use super::{Estimate, Learn, Localiser, Step, TrialRunner};
 use crate::{
     error::{Error, Result},
     geometry::{Pose, wrapped},
@@ -53,7 +53,7 @@ impl Default for LocalGridConfig {
 }
 
 /// Most poses of a grid: each is a whole scan to work out.
-const MOST_POSES: f64 = 100_000.0;
+const MAX_POSES: f64 = 100_000.0;
 /// Lattice points this much past the radius still count, as a share of a step: 0.4 is not four times 0.1 to the bit.
 const SLACK: f64 = 1e-6;
 
@@ -93,9 +93,9 @@ impl LocalGridConfig {
         let across = |radius: f64, step: f64| 2.0 * (radius / step).floor() + 1.0;
         let positions = across(self.position_radius_m, self.position_step_m).powi(2);
         let poses = positions * across(self.heading_radius_rad, self.heading_step_rad);
-        if poses > MOST_POSES {
+        if poses > MAX_POSES {
             return Err(Error::usage(format!(
-                "local_grid: radii and steps ask for {poses} poses; expected up to {MOST_POSES}"
+                "local_grid: radii and steps ask for {poses} poses; expected up to {MAX_POSES}"
             )));
         }
         Ok(())
@@ -182,7 +182,7 @@ struct Corrector<'a> {
     recording: &'a Recording,
 }
 
-impl Player for Corrector<'_> {
+impl TrialRunner for Corrector<'_> {
     /// Without a start it has nothing to correct, and no answer.
     fn play(&self, trial: &[usize], start: Option<Pose>, _: &mut Stream) -> Result<Vec<Step>> {
         let Some(mut pose) = start else {
@@ -237,7 +237,7 @@ impl Localiser for LocalGrid {
         &'a self,
         recording: &'a Recording,
         _: &[usize],
-    ) -> Result<Box<dyn Player + 'a>> {
+    ) -> Result<Box<dyn TrialRunner + 'a>> {
         self.check_channels(recording.channels())?;
         Ok(Box::new(Corrector {
             grid: self,

@@ -3,7 +3,7 @@
 //! The baseline that Duckett & Nehmzow (1998), 7.2, hold evidence-based localisation against, for all recognisers.
 
 use super::{
-    Learn, Localiser, Player,
+    Learn, Localiser, TrialRunner,
     prepared::{Answers, Prepared},
 };
 use crate::{
@@ -81,7 +81,7 @@ impl Localiser for Memoryless {
         &'a self,
         recording: &'a Recording,
         snapshots: &[usize],
-    ) -> Result<Box<dyn Player + 'a>> {
+    ) -> Result<Box<dyn TrialRunner + 'a>> {
         prepared(self.recogniser(), recording, snapshots)
     }
 }
@@ -91,7 +91,7 @@ fn prepared(
     recogniser: &dyn Recogniser,
     recording: &Recording,
     snapshots: &[usize],
-) -> Result<Box<dyn Player>> {
+) -> Result<Box<dyn TrialRunner>> {
     recogniser.check_channels(recording.channels())?;
     let responses = recogniser.respond_all(recording, snapshots);
     let classes = responses.into_iter().map(|r| r.map(|r| r.class)).collect();
@@ -122,7 +122,7 @@ impl Localiser for AsLocaliser {
         &'a self,
         recording: &'a Recording,
         snapshots: &[usize],
-    ) -> Result<Box<dyn Player + 'a>> {
+    ) -> Result<Box<dyn TrialRunner + 'a>> {
         prepared(self.0.as_ref(), recording, snapshots)
     }
 }

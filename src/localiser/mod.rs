@@ -3,7 +3,7 @@
 //! Duckett & Nehmzow, *Mobile robot self-localisation and measurement of performance in middle-scale environments* (1998,
 //! below D98), play the same recorded run to systems as black boxes: each learns from the first lap, then is put down
 //! somewhere, again and again, and answers as it goes. A [`Localiser`] is such a system; [`Localiser::prepare`] takes in
-//! the recording, and [`Player::play`] plays one trial.
+//! the recording, and [`TrialRunner::play`] plays one trial.
 //!
 //! ```
 //! use ballmark::{localiser::{self, Estimate, Kind, Learned}, seed::Seed, world::corridor};
@@ -115,11 +115,11 @@ pub trait Localiser: Send + Sync {
         &'a self,
         recording: &'a Recording,
         snapshots: &[usize],
-    ) -> Result<Box<dyn Player + 'a>>;
+    ) -> Result<Box<dyn TrialRunner + 'a>>;
 }
 
 /// A localiser with a recording before it.
-pub trait Player: Sync {
+pub trait TrialRunner: Sync {
     /// Plays a trial: snapshots among those prepared, of one run, in the order driven; some may be left out between them.
     /// `start` is the true pose at the first one, where it is given and the localiser
     /// [asks for it](Localiser::asks_for_the_start). One step a snapshot, and none of them depends on later snapshots.

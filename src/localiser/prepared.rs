@@ -1,7 +1,7 @@
 //! What single snapshots say, worked out once for a recording and looked up by the snapshot's number: for localisers whose
 //! answers, or parts of them, do not depend on the trial.
 
-use super::{Estimate, Player, Step};
+use super::{Estimate, Step, TrialRunner};
 use crate::{
     error::{Error, Result},
     geometry::Pose,
@@ -50,7 +50,7 @@ impl<T> Prepared<T> {
 #[derive(Debug, Clone)]
 pub struct Answers(pub Prepared<Option<usize>>);
 
-impl Player for Answers {
+impl TrialRunner for Answers {
     fn play(&self, trial: &[usize], _: Option<Pose>, _: &mut Stream) -> Result<Vec<Step>> {
         let step = |&k: &usize| {
             Ok(Step {

@@ -136,7 +136,7 @@ pub struct Art2 {
 
 /// F1 rests when no unit of u changes by more than this in a round, or after so many rounds.
 const REST: f64 = 1e-10;
-const MOST_ROUNDS: usize = 200;
+const MAX_ROUNDS: usize = 200;
 
 /// What is at the threshold is noise, also where rounding lifts it a little above.
 const ROUNDING: f64 = 1e-9;
@@ -158,7 +158,7 @@ impl Art2 {
         let theta = (1.0 + ROUNDING) * self.config.threshold / (input.len() as f64).sqrt();
         let f = |x: f64| if x > theta { x } else { 0.0 };
         let mut q = unit(self.p(&u, expectation));
-        for _ in 0..MOST_ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             let x = unit(input.iter().zip(&u).map(|(i, u)| i + a * u).collect());
             let v = x.iter().zip(&q).map(|(x, q)| f(*x) + b * f(*q)).collect();
             let next = unit(v);

@@ -56,7 +56,7 @@ impl Default for GrowingCellsConfig {
 }
 
 /// A slip of the keyboard does not ask for days: more cells than any of these robots has snapshots.
-const MOST_CELLS: usize = 100_000;
+const MAX_CELLS: usize = 100_000;
 
 impl GrowingCellsConfig {
     /// # Errors
@@ -84,12 +84,12 @@ impl GrowingCellsConfig {
         if interval == 0 {
             return wrong("interval", 0.0, "at least 1 snapshot");
         }
-        match (3..=MOST_CELLS).contains(&self.cells) {
+        match (3..=MAX_CELLS).contains(&self.cells) {
             true => Ok(()),
             false => wrong(
                 "cells",
                 self.cells as f64,
-                &format!("3, a first triangle, to {MOST_CELLS}"),
+                &format!("3, a first triangle, to {MAX_CELLS}"),
             ),
         }
     }

@@ -1,12 +1,11 @@
 //! Reading logs: which format each is, guessed from its content, and several logs as the runs of one recording.
 
 use super::{
-    Recording,
-    account::Account,
-    compressed,
+    Recording, compressed,
     format::{self, Format},
+    import_report::ImportReport,
+    imported_log::ImportedLog,
     joined,
-    log::Log,
 };
 use crate::{
     error::{Error, Result},
@@ -39,9 +38,9 @@ pub struct ReadOptions {
 /// assert_eq!((log.recording.len(), log.recording.channels()[0].width), (1, 2));
 /// # Ok::<(), ballmark::Error>(())
 /// ```
-pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<Log> {
+pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<ImportedLog> {
     let mut hash = Sha256::new();
-    let mut logs: Vec<Log> = Vec::new();
+    let mut logs: Vec<ImportedLog> = Vec::new();
     for path in paths {
         let file = storage::read_file(path)?;
         hash.update(&file);
@@ -64,7 +63,7 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<Log> {
     // Of several logs: what `cat A B | sha256sum` prints.
     columns.source_sha256 = Some(hash.finalize().iter().map(|b| format!("{b:02x}")).collect());
     columns.dataset_sha256 = None;
-    Ok(Log {
+    Ok(ImportedLog {
         recording: Recording::new(columns)?,
         ..log
     })
@@ -76,7 +75,7 @@ fn name(path: &Path) -> String {
 }
 
 /// Reads the content of one file.
-fn read_bytes(path: &Path, file: &[u8], options: &ReadOptions) -> Result<Log> {
+fn read_bytes(path: &Path, file: &[u8], options: &ReadOptions) -> Result<ImportedLog> {
     if file.is_empty() {
         return Err(format::unreadable(path, "the file is empty"));
     }
@@ -93,8 +92,8 @@ fn read_bytes(path: &Path, file: &[u8], options: &ReadOptions) -> Result<Log> {
 }
 
 /// One log from several, run after run; lost records bear the name of their log.
-fn join(logs: Vec<Log>, names: &[String]) -> Result<Log> {
-    let mut account = Account::default();
+fn join(logs: Vec<ImportedLog>, names: &[String]) -> Result<ImportedLog> {
+    let mut account = ImportReport::default();
     let odometry = logs[0].odometry;
     let mut recordings = Vec::new();
     for (log, name) in logs.into_iter().zip(names) {
@@ -106,7 +105,7 @@ fn join(logs: Vec<Log>, names: &[String]) -> Result<Log> {
         columns.run = counted_from_zero(&columns.run);
         recordings.push(Recording::new(columns)?);
     }
-    Ok(Log {
+    Ok(ImportedLog {
         recording: Recording::joined(recordings)?,
         account,
         odometry,

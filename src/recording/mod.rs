@@ -1,12 +1,12 @@
 //! What a robot saw: snapshots of its sensors, each with the place it was taken at, in one or several runs.
 
-pub mod account;
 pub mod compressed;
 pub mod format;
 pub mod image;
 pub mod import;
+pub mod import_report;
+pub mod imported_log;
 mod joined;
-pub mod log;
 pub mod npz;
 mod one_way;
 pub mod ranges;

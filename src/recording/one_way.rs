@@ -3,7 +3,7 @@
 use super::{Columns, Recording};
 
 /// Most of the way that may lead back: labels are not exact, and robots swerve.
-const MOST_BACK: f64 = 0.1;
+const MAX_BACK: f64 = 0.1;
 
 impl Recording {
     /// Does the coordinate along the route grow, run by run, on nearly all of the way? A belief along a route knows no
@@ -31,7 +31,7 @@ impl Recording {
                 }
             }
         }
-        backwards <= MOST_BACK * (forwards + backwards)
+        backwards <= MAX_BACK * (forwards + backwards)
     }
 
     /// The same without its coordinate along a route: its places are poses in the plane.

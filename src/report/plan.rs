@@ -38,7 +38,7 @@ const WINDOW: RGBColor = RGBColor(86, 180, 233);
 const LIT: RGBColor = RGBColor(240, 200, 60);
 const DARK: RGBColor = RGBColor(150, 150, 150);
 const LEAST_HEIGHT: u32 = 260;
-const MOST_HEIGHT: u32 = 1100;
+const MAX_HEIGHT: u32 = 1100;
 
 /// A plan, both axes to one scale; what is not finite is left out. The way begins at the dot.
 ///
@@ -64,7 +64,7 @@ pub fn plan_plot(title: &str, plan: &Plan) -> Result<String> {
     let (margins_x, margins_y) = (92, 104);
     let shape = (high.end - high.start) / (wide.end - wide.start);
     let height = (f64::from(WIDTH - margins_x) * shape) as u32;
-    let height = height.clamp(LEAST_HEIGHT, MOST_HEIGHT) + margins_y;
+    let height = height.clamp(LEAST_HEIGHT, MAX_HEIGHT) + margins_y;
     picture(height, title, |canvas| {
         let mut chart = axes(canvas, wide, high)?;
         let finite = |place: &[f64; 2]| place.iter().all(|&metres| drawable(metres));

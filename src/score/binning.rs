@@ -18,7 +18,7 @@ const OFFSETS: usize = 40;
 /// Points that are counted between two looks at whether the grid can still be the best.
 const LOOK_UP: usize = 128;
 /// Most squares that a grid may have along an axis, so that a mistaken unit is refused and not computed.
-const MOST_ALONG_AXIS: f64 = 2_000.0;
+const MAX_ALONG_AXIS: f64 = 2_000.0;
 
 /// A grid of square bins over the places where a robot was.
 ///
@@ -115,9 +115,9 @@ impl Binning {
             .iter()
             .map(|p| (p[0] - centre[0]).hypot(p[1] - centre[1]))
             .fold(0.0, f64::max);
-        if 2.0 * farthest_m / size_m > MOST_ALONG_AXIS {
+        if 2.0 * farthest_m / size_m > MAX_ALONG_AXIS {
             return Err(Error::usage(format!(
-                "binning: bins of {size_m} m over places up to {farthest_m:.0} m from their middle; expected up to {MOST_ALONG_AXIS} bins along an axis"
+                "binning: bins of {size_m} m over places up to {farthest_m:.0} m from their middle; expected up to {MAX_ALONG_AXIS} bins along an axis"
             )));
         }
         let fewest = AtomicUsize::new(usize::MAX);

@@ -6,7 +6,7 @@ use nalgebra::{Point2, Vector2};
 use std::collections::VecDeque;
 
 /// Most cells a flood may fill; a plan that needs more is too wide for its robot.
-const MOST_CELLS: f64 = 4e6;
+const MAX_CELLS: f64 = 4e6;
 /// No parent: the flood has not been here.
 const DRY: u32 = u32::MAX;
 
@@ -71,9 +71,9 @@ impl Flood {
         let low = low - rim;
         let size = (high + rim - low) / cell_m;
         let cells = size.x * size.y;
-        if cells.is_nan() || cells > MOST_CELLS {
+        if cells.is_nan() || cells > MAX_CELLS {
             return Err(Error::work(format!(
-                "floor plan: {:.0} × {:.0} m is too wide for a robot of radius {radius_m} m; expected up to {MOST_CELLS} squares of half that radius",
+                "floor plan: {:.0} × {:.0} m is too wide for a robot of radius {radius_m} m; expected up to {MAX_CELLS} squares of half that radius",
                 high.x - low.x,
                 high.y - low.y
             )));

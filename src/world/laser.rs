@@ -67,7 +67,7 @@ impl Default for LaserConfig {
 /// Most beams of a scanner: far beyond any real one, small enough to allocate.
 const MOST: usize = 10_000;
 /// A beam goes through at most so many panes.
-const MOST_PANES: usize = 16;
+const MAX_PANES: usize = 16;
 /// Behind a pane the beam starts again this much farther on.
 const STEP_M: f64 = 1e-6;
 
@@ -180,7 +180,7 @@ impl Laser {
         let start = Point2::new(scanner.x_m, scanner.y_m);
         let clear = |wall: &Wall| wall.material.infrared < c.clear_below;
         let mut passed_m = 0.0;
-        for _ in 0..=MOST_PANES {
+        for _ in 0..=MAX_PANES {
             let origin = start + direction * passed_m;
             let hit = around.cast(&origin, &direction, c.maximum_m - passed_m, c.height_m)?;
             let range_m = passed_m + hit.distance_m;

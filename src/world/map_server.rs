@@ -59,8 +59,8 @@ enum Mode {
 }
 
 /// Most picture cells, and most bytes that decoding may take.
-const MOST_CELLS: u64 = 100_000_000;
-const MOST_BYTES: u64 = 2 << 30;
+const MAX_CELLS: u64 = 100_000_000;
+const MAX_BYTES: u64 = 2 << 30;
 
 /// The walls of a map: every edge between an occupied cell and one that isn't, edges in line with each other joined.
 ///
@@ -204,7 +204,7 @@ fn picture(file: &Path) -> Result<DynamicImage> {
         .with_guessed_format()
         .map_err(|e| wrong(e.to_string()))?;
     let mut limits = Limits::default();
-    limits.max_alloc = Some(MOST_BYTES);
+    limits.max_alloc = Some(MAX_BYTES);
     reader.limits(limits);
     let undecodable = |e: image::ImageError| {
         let fault = e.to_string().replace('\n', " ");
@@ -215,9 +215,9 @@ fn picture(file: &Path) -> Result<DynamicImage> {
         .map_err(|e| wrong(e.to_string()))?
         .into_dimensions()
         .map_err(undecodable)?;
-    if u64::from(size.0) * u64::from(size.1) > MOST_CELLS {
+    if u64::from(size.0) * u64::from(size.1) > MAX_CELLS {
         return Err(wrong(format!(
-            "{} × {} cells, more than {MOST_CELLS}",
+            "{} × {} cells, more than {MAX_CELLS}",
             size.0, size.1
         )));
     }

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 const PAUSE_S: f64 = 600.0;
 
 /// Most values of one recording: 2 GB.
-const MOST_VALUES: usize = 500_000_000;
+const MAX_VALUES: usize = 500_000_000;
 
 /// Which runs of a building are simulated.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -182,9 +182,9 @@ fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> R
         .collect();
     let widest = drives.iter().map(|(_, sensors)| sensors.width()).max();
     let numbers = places.len().saturating_mul(widest.unwrap_or(0));
-    if numbers > MOST_VALUES {
+    if numbers > MAX_VALUES {
         return Err(Error::usage(format!(
-            "simulation: {} snapshots make {numbers} values; expected up to {MOST_VALUES}",
+            "simulation: {} snapshots make {numbers} values; expected up to {MAX_VALUES}",
             places.len()
         )));
     }
@@ -192,7 +192,7 @@ fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> R
         .par_iter()
         .flat_map_iter(|&(run, stop)| {
             let (drive, sensors) = &drives[run];
-            // Both are below 2^32: see MOST_SNAPSHOTS.
+            // Both are below 2^32: see MAX_SNAPSHOTS.
             let number = drive.run << 32 | stop as u64;
             sensors.read(seed, number, drive, stop)
         })

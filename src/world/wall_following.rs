@@ -38,17 +38,17 @@ const AHEAD_RAD: f64 = 0.35;
 /// It comes back to its distance within about this way, critically damped, metres.
 const SETTLE_M: f64 = 0.4;
 /// Errors of distance beyond this turn it no more, so that it nears a wall at a slant, not head-on, metres.
-const MOST_ERROR_M: f64 = 0.35;
+const MAX_ERROR_M: f64 = 0.35;
 /// The sharpest turn, radians a metre.
-const MOST_TURN_PER_M: f64 = 10.0;
+const MAX_TURN_PER_M: f64 = 10.0;
 /// Way after the start by which it has settled beside the wall, metres.
 const SETTLED_M: f64 = 2.0;
 /// It has come round where it passes the place at which it had settled, this near and facing as much alike.
 const ROUND_M: f64 = 1.5;
 const ROUND_RAD: f64 = 1.0;
 /// It is lost where it has not come round after this way, or nears nothing of its way round for that long, metres.
-const MOST_ROUND_M: f64 = 5000.0;
-const MOST_LOST_M: f64 = 60.0;
+const MAX_ROUND_M: f64 = 5000.0;
+const MAX_LOST_M: f64 = 60.0;
 /// How far along the way round the robot's place is looked for, metres either way.
 const LOOK_ALONG_M: f64 = 2.0;
 
@@ -83,11 +83,11 @@ impl Following {
             // Nothing near: it looks for the wall where it was.
             None => 1.0 / wanted_m,
             Some((range_m, aside_rad)) => {
-                let error_m = (range_m - wanted_m).clamp(-MOST_ERROR_M, MOST_ERROR_M);
+                let error_m = (range_m - wanted_m).clamp(-MAX_ERROR_M, MAX_ERROR_M);
                 2.0 / SETTLE_M * (aside_rad - FRAC_PI_2) + error_m / (SETTLE_M * SETTLE_M)
             }
         };
-        towards * turn.clamp(-MOST_TURN_PER_M, MOST_TURN_PER_M)
+        towards * turn.clamp(-MAX_TURN_PER_M, MAX_TURN_PER_M)
     }
 
     fn step(&self, caster: &Raycaster, pose: &Pose, wanted_m: f64) -> Pose {
@@ -125,7 +125,7 @@ impl Round {
         let mut pose = first;
         let mut points = Vec::new();
         let mut before_m = 0.0;
-        while points.len() < (MOST_ROUND_M / STEP_M) as usize {
+        while points.len() < (MAX_ROUND_M / STEP_M) as usize {
             points.push(Point2::new(pose.x_m, pose.y_m));
             pose = following.step(caster, &pose, wanted_m);
             let place = Point2::new(pose.x_m, pose.y_m);
@@ -144,7 +144,7 @@ impl Round {
             before_m = passed.forward_m;
         }
         Err(Error::work(format!(
-            "robot: following the wall from ({}, {}) it has not come round after {MOST_ROUND_M} m; expected a wall that leads back",
+            "robot: following the wall from ({}, {}) it has not come round after {MAX_ROUND_M} m; expected a wall that leads back",
             following.start.x_m, following.start.y_m
         )))
     }
@@ -214,7 +214,7 @@ impl WallWay {
             if passed.abs() > furthest {
                 (furthest, since) = (passed.abs(), 0);
             }
-            if since as f64 * STEP_M > MOST_LOST_M {
+            if since as f64 * STEP_M > MAX_LOST_M {
                 return Err(Error::work(format!(
                     "robot: following the wall it has lost its way round, near ({:.2}, {:.2}); expected doors and niches that it comes out of again",
                     pose.x_m, pose.y_m

@@ -348,9 +348,14 @@ fn a_finished_training_is_not_learned_anew() {
 fn a_small_validation_part_and_an_empty_one_are_noted() {
     let place = Workplace::new();
     toy(&place, true);
+    place.write(
+        "runs.toml",
+        "[train.split]\nunit = \"runs\"\nvalidation_every = 3\n",
+    );
     let call = ["--features", "2", "--steps", "20"];
+    let by_runs = [&call[..], &["--config", "runs.toml"]].concat();
     let notes = |answer: &Answer| answer.stderr.matches("note: ").count();
-    let answer = train(&place, "m.safetensors", &call);
+    let answer = train(&place, "m.safetensors", &by_runs);
     assert_eq!(notes(answer.done()), 0, "{}", answer.stderr);
 
     place.write("few.csv", toy_csv(30, true));
@@ -360,7 +365,7 @@ fn a_small_validation_part_and_an_empty_one_are_noted() {
     let train_on_few = |more: &[&str]| {
         place.ballmark(&[&["train", "few.npz", "-o", "m.npz"], &call[..], more].concat())
     };
-    let answer = train_on_few(&[]);
+    let answer = train_on_few(&["--config", "runs.toml"]);
     let line = "note: only 30 validation snapshots";
     assert!(answer.done().stderr.contains(line), "{}", answer.stderr);
 
@@ -709,7 +714,11 @@ fn learns_from_several_recordings_of_one_building() {
         .ballmark(&["train", "toy.npz", "plane.npz", "-o", "n.safetensors"])
         .refused(
             1,
-            &["toy.npz", "recording 2", "a route in some of them only"],
+            &[
+                "toy.npz",
+                "recording 2",
+                "a route in the first and not here",
+            ],
         );
     place
         .ballmark(&["train", "toy.npz", "none.npz", "-o", "n.safetensors"])

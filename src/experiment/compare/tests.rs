@@ -175,8 +175,10 @@ fn what_makes_no_sense_together_is_refused() {
 /// A comparison in code is the same as one in a file.
 #[test]
 fn systems_are_values() {
-    let mut nearest = recogniser::nearest::NearestConfig::default();
-    nearest.spacing_m = 2.0;
+    let nearest = recogniser::nearest::NearestConfig {
+        spacing_m: 2.0,
+        ..Default::default()
+    };
     let in_code = CompareConfig {
         dataset: vec![DatasetConfig::file("a.npz")],
         system: vec![SystemConfig::recogniser(

@@ -60,14 +60,14 @@ impl<F: Fn(usize, usize) -> Option<Estimate> + Send + Sync> Localiser for Script
     fn check_channels(&self, _: &[Channel]) -> Result<()> {
         Ok(())
     }
-    fn prepare<'a>(&'a self, _: &'a Recording, _: &[usize]) -> Result<Box<dyn Player + 'a>> {
+    fn prepare<'a>(&'a self, _: &'a Recording, _: &[usize]) -> Result<Box<dyn TrialRunner + 'a>> {
         Ok(Box::new(Reader(&self.script)))
     }
 }
 
 struct Reader<'a, F>(&'a F);
 
-impl<F: Fn(usize, usize) -> Option<Estimate> + Sync> Player for Reader<'_, F> {
+impl<F: Fn(usize, usize) -> Option<Estimate> + Sync> TrialRunner for Reader<'_, F> {
     fn play(&self, trial: &[usize], start: Option<Pose>, _: &mut Stream) -> Result<Vec<Step>> {
         assert_eq!(start, None); // it does not ask for it
         // Whoever names a place is three quarters sure of it.

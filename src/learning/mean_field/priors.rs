@@ -17,7 +17,7 @@ pub struct Priors {
 }
 
 /// Most pairs whose error is kept: 64 MiB.
-const MOST_KEPT: usize = 1 << 24;
+const MAX_KEPT: usize = 1 << 24;
 
 /// The error of a candidate that the prior does not admit.
 pub(super) const NOT_ADMITTED: f32 = f32::INFINITY;
@@ -38,7 +38,7 @@ impl Priors {
             prior_error_m: Array1::zeros(rows),
             sizes: vec![0; rows],
         };
-        if rows.saturating_mul(columns) <= MOST_KEPT {
+        if rows.saturating_mul(columns) <= MAX_KEPT {
             priors.kept = Some(priors.table());
         }
         let errors_and_sizes: Vec<(f64, usize)> = (0..rows)

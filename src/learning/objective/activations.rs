@@ -1,6 +1,6 @@
 //! The activations that the objective is given.
 
-use super::MOST_FEATURES;
+use super::MAX_FEATURES;
 use crate::{
     error::{Error, Result},
     learning::prior_operator::PriorOperator,
@@ -56,9 +56,9 @@ pub(super) fn check<T>(
             "objective: activations of no feature; expected at least one",
         ));
     }
-    if n > MOST_FEATURES {
+    if n > MAX_FEATURES {
         return Err(Error::work(format!(
-            "{n} features have 2^{n} outcomes; the exact objective takes at most {MOST_FEATURES}"
+            "{n} features have 2^{n} outcomes; the exact objective takes at most {MAX_FEATURES}"
         )));
     }
     let expected = [(prior.truths(), n), (prior.candidates(), n)];

@@ -113,7 +113,7 @@ impl<T: Real> Objective<T> {
                     activations,
                     first,
                     highs: workspace.highs_of_one(),
-                    out: &mut *m,
+                    out: m,
                 });
                 accumulator.add(&rows(tiles, m, None), instructions);
             },
@@ -224,7 +224,7 @@ impl<T: Real> Objective<T> {
                         u: &u,
                         scratch,
                         workspace,
-                        gradient: &mut **gradient,
+                        gradient,
                     });
                 },
             );

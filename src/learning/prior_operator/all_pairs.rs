@@ -27,7 +27,7 @@ const BLOCK: usize = 32;
 const ROWS: usize = 4;
 
 /// Most distances that are kept: 200 MB.
-const MOST_KEPT: usize = 25_000_000;
+const MAX_KEPT: usize = 25_000_000;
 
 impl AllPairs {
     pub(super) fn new(truths: &[Pose], candidates: &[Pose]) -> Self {
@@ -37,7 +37,7 @@ impl AllPairs {
 
     pub(super) fn between(truths: Vec<[f64; 2]>, candidates: Vec<[f64; 2]>) -> Self {
         let pairs = truths.len() * candidates.len();
-        let kept = (0 < pairs && pairs <= MOST_KEPT).then(|| {
+        let kept = (0 < pairs && pairs <= MAX_KEPT).then(|| {
             let mut all = vec![0.0; pairs];
             let rows = all.par_chunks_mut(candidates.len()).zip(&truths);
             rows.for_each(|(row, truth)| {

@@ -47,7 +47,7 @@ pub(super) use rows::{CHUNK, Rows};
 pub(super) use workspace::{PriorSums, Scratch};
 
 /// More places than this in the plane, and a global prior takes them by cells.
-pub const MOST_EXACT_PLACES: usize = 5000;
+pub const MAX_EXACT_PLACES: usize = 5000;
 
 /// Side of these cells, in metres. No error e(ξ*, ξ) is off by more than their diagonal, 0.35 m.
 pub const CELL_SIDE_M: f64 = 0.25;
@@ -64,7 +64,7 @@ pub struct PriorOperator {
 impl PriorOperator {
     /// The prior `uncertainty` of robots truly at `truths`, over `candidates`.
     ///
-    /// Exact, but for a global prior over more than [`MOST_EXACT_PLACES`] places in the plane: those are taken by cells
+    /// Exact, but for a global prior over more than [`MAX_EXACT_PLACES`] places in the plane: those are taken by cells
     /// of [`CELL_SIDE_M`] as in [`everywhere_in_cells`](Self::everywhere_in_cells).
     pub fn new(uncertainty: Uncertainty, truths: &Places, candidates: &Places) -> Self {
         match (truths, candidates, uncertainty) {
@@ -80,7 +80,7 @@ impl PriorOperator {
                 )))
             }
             (Places::Plane(t), Places::Plane(c), Uncertainty::Global) => {
-                if t.len().max(c.len()) > MOST_EXACT_PLACES {
+                if t.len().max(c.len()) > MAX_EXACT_PLACES {
                     Self::from_shape(Shape::Cells(Cells::new(t, c, CELL_SIDE_M)))
                 } else {
                     Self::from_shape(Shape::AllPairs(AllPairs::new(t, c)))

@@ -57,7 +57,7 @@ fn no_error_between_cells_is_off_by_more_than_their_diagonal() {
 
 #[test]
 fn many_places_in_the_plane_are_taken_by_cells() {
-    let (few, many) = (hall("few", 10), hall("many", MOST_EXACT_PLACES + 1));
+    let (few, many) = (hall("few", 10), hall("many", MAX_EXACT_PLACES + 1));
     let shape = |c| PriorOperator::new(Uncertainty::Global, &few, c).shape;
     assert!(matches!(shape(&few), Shape::AllPairs(_)));
     assert!(matches!(shape(&many), Shape::Cells(_)));

@@ -1,6 +1,6 @@
 //! What makes sense in a recipe, and together.
 
-use super::{Objective, Optimiser, Recipe, Scale};
+use super::{ObjectiveKind, Optimiser, Recipe, Scale};
 use crate::{
     error::{Error, Result},
     learning::{mean_field, objective},
@@ -19,8 +19,8 @@ impl Recipe {
         };
         let d = &self.descent;
         let (most, why) = match d.objective {
-            Objective::Exact => (objective::MOST_FEATURES, "2^n outcomes are summed exactly"),
-            Objective::MeanField => (mean_field::MOST_FEATURES, "the mean-field objective"),
+            ObjectiveKind::Exact => (objective::MAX_FEATURES, "2^n outcomes are summed exactly"),
+            ObjectiveKind::MeanField => (mean_field::MAX_FEATURES, "the mean-field objective"),
         };
         if self.features == 0 || self.features > most {
             return wrong("features", &self.features, &format!("1 to {most} ({why})"));
@@ -67,7 +67,7 @@ impl Recipe {
                 "a positive number, no more than priors.widest_m",
             );
         }
-        if d.objective == Objective::Exact && p.stated < 1.0 {
+        if d.objective == ObjectiveKind::Exact && p.stated < 1.0 {
             return wrong(
                 "priors.stated",
                 &p.stated,
@@ -99,7 +99,7 @@ impl Recipe {
         if let Some((key, value)) = counts.into_iter().find(|(_, value)| *value == 0) {
             return wrong(key, &value, "at least 1");
         }
-        if d.scale == Scale::Sum && d.objective != Objective::Exact {
+        if d.scale == Scale::Sum && d.objective != ObjectiveKind::Exact {
             return wrong(
                 "descent.scale",
                 &"sum",
@@ -107,7 +107,7 @@ impl Recipe {
             );
         }
         if d.sequential {
-            if d.objective != Objective::Exact || !self.network.trunk.is_empty() {
+            if d.objective != ObjectiveKind::Exact || !self.network.trunk.is_empty() {
                 return wrong(
                     "descent.sequential",
                     &true,

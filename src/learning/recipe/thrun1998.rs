@@ -1,7 +1,7 @@
 //! The paper's own training as a recipe: what it says, and what had to be assumed.
 
 use super::{
-    AugmentationConfig, DescentConfig, Objective, Optimiser, PriorMix, Recipe, Scale, Schedule,
+    AugmentationConfig, DescentConfig, ObjectiveKind, Optimiser, PriorMix, Recipe, Scale, Schedule,
 };
 use crate::detector::net::NetConfig;
 
@@ -37,7 +37,7 @@ impl Recipe {
         Self {
             network: NetConfig::thrun1998(),
             descent: DescentConfig {
-                objective: Objective::Exact,
+                objective: ObjectiveKind::Exact,
                 optimiser: Optimiser::Momentum,
                 scale: Scale::Sum,
                 learning_rate: 1e-4,

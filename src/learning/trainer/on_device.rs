@@ -15,7 +15,7 @@ use burn::tensor::{Bool, Device, IndexingUpdateOp, Int, Tensor, TensorData};
 use ndarray::Axis;
 
 /// Most pairs that are put on the device: all of 5,000 places, 100 MB.
-const MOST_PAIRS: usize = 25_000_000;
+const MAX_PAIRS: usize = 25_000_000;
 
 /// Probabilities of a map are kept this far off 0 and 1 in a log-likelihood, as on the CPU.
 const SMALLEST_PROBABILITY: f32 = 1e-6;
@@ -62,7 +62,7 @@ pub struct OnDeviceAnswer {
 impl OnDevice {
     /// Puts a problem on the device, where it has few enough pairs.
     pub fn where_it_fits(problem: &Problem, with_map: bool, device: &Device) -> Option<Self> {
-        let pairs = problem.pairs(MOST_PAIRS)?;
+        let pairs = problem.pairs(MAX_PAIRS)?;
         let admitted = pairs.errors_m.mapv(|e| f32::from(u8::from(e.is_finite())));
         let error_m = pairs.errors_m.mapv(|e| if e.is_finite() { e } else { 0.0 });
         let places = admitted.sum_axis(Axis(1)).mapv(|n| n.max(1.0));

@@ -13,7 +13,7 @@ use crate::{
     geometry::Pose,
     learning::{
         problem::Workspace,
-        recipe::{AugmentationConfig, DescentConfig, Objective, Optimiser, Scale, Schedule},
+        recipe::{AugmentationConfig, DescentConfig, ObjectiveKind, Optimiser, Scale, Schedule},
     },
     recording::{
         Channel, Columns, Recording,
@@ -106,7 +106,7 @@ fn recipe_in_draws() -> Recipe {
             ..default.network
         },
         descent: DescentConfig {
-            objective: Objective::MeanField,
+            objective: ObjectiveKind::MeanField,
             learning_rate: 0.01,
             truths_per_step: 30,
             candidates_per_step: 50,

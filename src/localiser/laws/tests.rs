@@ -109,7 +109,7 @@ fn played(learned: &Learned, recording: &Recording) -> Vec<Vec<Step>> {
     trials().iter().enumerate().map(play).collect()
 }
 
-fn of_trial(player: &dyn Player, number: usize, trial: &[usize]) -> Vec<Step> {
+fn of_trial(player: &dyn TrialRunner, number: usize, trial: &[usize]) -> Vec<Step> {
     let start = trial.first().map(|&k| test_world().poses()[k]);
     let mut stream = Seed(1).numbered_stream("trial", number as u64);
     player.play(trial, start, &mut stream).unwrap()
@@ -400,12 +400,12 @@ impl Localiser for Broken {
         &'a self,
         recording: &'a Recording,
         _: &[usize],
-    ) -> Result<Box<dyn Player + 'a>> {
+    ) -> Result<Box<dyn TrialRunner + 'a>> {
         Ok(Box::new((self, recording)))
     }
 }
 
-impl Player for (&Broken, &Recording) {
+impl TrialRunner for (&Broken, &Recording) {
     fn play(&self, trial: &[usize], _: Option<Pose>, _: &mut Stream) -> Result<Vec<Step>> {
         let (broken, recording) = self;
         let odometry = |k: usize| recording.observation(k).odometry;

@@ -3,8 +3,8 @@
 use crate::{
     error::{Error, Result},
     recording::{
-        account::Account,
-        log::{Log, OdometrySource},
+        import_report::ImportReport,
+        imported_log::{ImportedLog, OdometrySource},
         npz, ranges,
     },
 };
@@ -19,15 +19,15 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// As [`npz::from_bytes`].
-pub(super) fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> {
+pub(super) fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<ImportedLog> {
     let mut columns = npz::from_bytes(path, bytes)?.into_columns();
     if let Some(maximum_m) = max_range_m {
         ranges::limit_channels_in_metres(&mut columns, maximum_m);
     }
-    let mut account = Account::default();
+    let mut account = ImportReport::default();
     (0..columns.pose.len()).for_each(|_| account.used("snapshot"));
     let recording = crate::recording::Recording::new(columns);
-    Ok(Log {
+    Ok(ImportedLog {
         recording: recording.map_err(|e: Error| e.in_file(path))?,
         account,
         odometry: OdometrySource::Stated,

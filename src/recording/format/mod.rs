@@ -7,7 +7,7 @@ pub mod carmen;
 pub mod csv;
 mod dataset;
 
-use super::log::Log;
+use super::imported_log::ImportedLog;
 use crate::error::{Error, Result};
 use std::{fmt, path::Path};
 
@@ -27,7 +27,7 @@ type Recognise = fn(&[u8]) -> bool;
 
 /// Reads an unpacked log: its file's name for messages, its bytes, and the reading in metres from which on there was no
 /// return, where it isn't to be the log's own.
-type Read = fn(&Path, &[u8], Option<f64>) -> Result<Log>;
+type Read = fn(&Path, &[u8], Option<f64>) -> Result<ImportedLog>;
 
 /// All formats, in the order in which they are tried.
 pub const FORMATS: [Format; 3] = [
@@ -102,7 +102,7 @@ impl Format {
     ///
     /// # Errors
     /// Where it holds nothing that can be read. Damaged records are no error but entries in the log's account.
-    pub fn read(&self, path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> {
+    pub fn read(&self, path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<ImportedLog> {
         (self.read)(path, bytes, max_range_m)
     }
 }

@@ -81,7 +81,7 @@ fn brightness() -> f64 {
 /// Faces of a round thing.
 const FACES: usize = 12;
 /// A thing moves no further than this many standard deviations, so that it never crosses the building.
-const MOST_SDS: f64 = 2.0;
+const MAX_SDS: f64 = 2.0;
 
 /// A checked [`ThingConfig`].
 #[derive(Debug, Clone)]
@@ -127,7 +127,7 @@ impl Thing {
         let mut moved = || {
             random
                 .sample::<f64, _>(StandardNormal)
-                .clamp(-MOST_SDS, MOST_SDS)
+                .clamp(-MAX_SDS, MAX_SDS)
         };
         let mut moved = Vector2::new(moved(), moved()) * self.moved_sd_m;
         if let Some(angle_rad) = self.moved_rad {

@@ -150,9 +150,9 @@ pub(crate) enum Spacing {
 }
 
 /// Most runs, since each one's plan is held while it is driven, and most snapshots: far beyond any use.
-const MOST_RUNS: usize = 10_000;
-pub(crate) const MOST_SNAPSHOTS: usize = 1_000_000;
-const MOST_LAPS: f64 = 1000.0;
+const MAX_RUNS: usize = 10_000;
+pub(crate) const MAX_SNAPSHOTS: usize = 1_000_000;
+const MAX_LAPS: f64 = 1000.0;
 
 impl PathConfig {
     pub(super) fn journey(&self) -> Result<Journey> {
@@ -230,11 +230,11 @@ impl PathConfig {
 }
 
 pub(super) fn check_laps(laps: f64, place: &str) -> Result<()> {
-    if laps > 0.0 && laps <= MOST_LAPS {
+    if laps > 0.0 && laps <= MAX_LAPS {
         return Ok(());
     }
     Err(Error::usage(format!(
-        "{place}: `laps` is {laps}; expected more than 0, up to {MOST_LAPS}"
+        "{place}: `laps` is {laps}; expected more than 0, up to {MAX_LAPS}"
     )))
 }
 
@@ -251,8 +251,8 @@ pub(super) fn runs_and_spacing(
     };
     let wrong = |fault: String| Err(Error::usage(format!("{place}: {fault}")));
     let runs = set.and_then(|s| s.runs).or(record.runs).unwrap_or(1);
-    if !(1..=MOST_RUNS).contains(&runs) {
-        return wrong(format!("`runs` is {runs}; expected 1 to {MOST_RUNS}"));
+    if !(1..=MAX_RUNS).contains(&runs) {
+        return wrong(format!("`runs` is {runs}; expected 1 to {MAX_RUNS}"));
     }
     // A set that says how often a snapshot is taken overrides all keys of `record` about it.
     let says = |e_m: Option<f64>, e_s: Option<f64>, n: Option<usize>| {
@@ -281,9 +281,9 @@ pub(super) fn runs_and_spacing(
     let spacing = match (every_m, every_s, snapshots) {
         // Where a number of snapshots is asked for, the spacing follows from it.
         (_, _, Some(count)) => {
-            if !(runs..=MOST_SNAPSHOTS).contains(&count) {
+            if !(runs..=MAX_SNAPSHOTS).contains(&count) {
                 return wrong(format!(
-                    "`snapshots` is {count}; expected {runs} (one a run) to {MOST_SNAPSHOTS}"
+                    "`snapshots` is {count}; expected {runs} (one a run) to {MAX_SNAPSHOTS}"
                 ));
             }
             Spacing::Exactly(count)

@@ -27,7 +27,7 @@ pub use config::{BuildingConfig, WorldConfig};
 use furnishing::Thing;
 pub use furnishing::{FireDoorConfig, LightConfig, ThingConfig};
 pub use journey::{Follow, PathConfig, RecordConfig, SetConfig};
-pub(crate) use journey::{Journey, MOST_SNAPSHOTS, Spacing};
+pub(crate) use journey::{Journey, MAX_SNAPSHOTS, Spacing};
 pub use material::MaterialConfig;
 use material::Materials;
 use polyline::Polyline;

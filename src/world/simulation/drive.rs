@@ -8,7 +8,7 @@ use crate::{
     world::{
         Building, Compass, FloorPlan, Outing, People, Raycaster, RunScene, Stop, Surroundings,
         TimedPose, Wall,
-        building::{Journey, MOST_SNAPSHOTS, RunSet},
+        building::{Journey, MAX_SNAPSHOTS, RunSet},
         driving::RouteWay,
         enclosure::check_enclosed,
         turret_headings,
@@ -24,8 +24,8 @@ use rayon::prelude::*;
 const HEADROOM_M: f64 = 1.5;
 
 /// Most walls of all runs' plans together, and most metres of all their ways: far beyond any use, small enough to hold.
-const MOST_WALLS: usize = 10_000_000;
-const MOST_WAY_M: f64 = 1e6;
+const MAX_WALLS: usize = 10_000_000;
+const MAX_WAY_M: f64 = 1e6;
 
 /// People keep to the robot's way as known every so many metres, however sparse its snapshots.
 const PATH_M: f64 = 0.1;
@@ -130,9 +130,9 @@ pub(super) fn drive_set(
     start_s: f64,
 ) -> Result<Vec<Drive>> {
     let walls = building.plan_of_run(seed, first)?.plan.walls().len();
-    if walls.saturating_mul(runs) > MOST_WALLS {
+    if walls.saturating_mul(runs) > MAX_WALLS {
         return Err(Error::usage(format!(
-            "simulation: {runs} runs, each with a plan of {walls} walls; expected up to {MOST_WALLS} walls in all"
+            "simulation: {runs} runs, each with a plan of {walls} walls; expected up to {MAX_WALLS} walls in all"
         )));
     }
     let numbers: Vec<u64> = (first..first + runs as u64).collect();
@@ -142,9 +142,9 @@ pub(super) fn drive_set(
     let driven: Vec<Driven> = match building.journey() {
         Journey::Poses(poses) => {
             let visits = runs as f64 * set.laps * poses.len() as f64;
-            if visits > MOST_SNAPSHOTS as f64 {
+            if visits > MAX_SNAPSHOTS as f64 {
                 return Err(Error::usage(format!(
-                    "simulation: {runs} runs of {} laps through {} poses make {visits:.0} snapshots; expected up to {MOST_SNAPSHOTS}",
+                    "simulation: {runs} runs of {} laps through {} poses make {visits:.0} snapshots; expected up to {MAX_SNAPSHOTS}",
                     set.laps,
                     poses.len()
                 )));
@@ -209,9 +209,9 @@ fn along_ways(
         _ => 0.0,
     };
     let all_m = once_m * set.laps * settings.len() as f64;
-    if all_m > MOST_WAY_M {
+    if all_m > MAX_WAY_M {
         return Err(Error::usage(format!(
-            "simulation: {} runs of {} laps of {once_m:.0} m; expected up to {MOST_WAY_M} m in all",
+            "simulation: {} runs of {} laps of {once_m:.0} m; expected up to {MAX_WAY_M} m in all",
             settings.len(),
             set.laps
         )));

@@ -3,7 +3,7 @@
 use crate::{
     error::{Error, Result},
     world::{
-        building::{MOST_SNAPSHOTS, RunSet, Spacing},
+        building::{MAX_SNAPSHOTS, RunSet, Spacing},
         way::STEP_M,
     },
 };
@@ -15,9 +15,9 @@ pub(super) fn spacings(set: &RunSet, lengths_m: &[f64]) -> Result<Vec<(f64, usiz
     match set.spacing {
         Spacing::Metres(metres) => {
             let expected = whole_m / metres + runs as f64;
-            if expected > MOST_SNAPSHOTS as f64 {
+            if expected > MAX_SNAPSHOTS as f64 {
                 return Err(Error::usage(format!(
-                    "simulation: {runs} runs with a snapshot every {metres} m make {expected:.0}; expected up to {MOST_SNAPSHOTS}"
+                    "simulation: {runs} runs with a snapshot every {metres} m make {expected:.0}; expected up to {MAX_SNAPSHOTS}"
                 )));
             }
             Ok(vec![(metres, usize::MAX); runs])

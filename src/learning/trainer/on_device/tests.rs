@@ -5,7 +5,7 @@ use crate::{
     geometry::Pose,
     learning::{
         problem::Workspace,
-        recipe::{Objective, Recipe},
+        recipe::{ObjectiveKind, Recipe},
         trainer::tensors::array,
     },
     seed::{Seed, Stream},
@@ -104,7 +104,7 @@ fn the_dense_mean_field_is_the_other_one() {
 #[test]
 fn a_table_of_too_many_pairs_stays_on_the_cpu() {
     let places = Places::Route((0..5001).map(f64::from).collect());
-    for objective in [Objective::Exact, Objective::MeanField] {
+    for objective in [ObjectiveKind::Exact, ObjectiveKind::MeanField] {
         let mut recipe = Recipe::default();
         recipe.descent.objective = objective;
         let problem = Problem::reported(&recipe, &places, &places).unwrap();

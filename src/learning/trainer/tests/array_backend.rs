@@ -34,7 +34,7 @@ fn taken() -> Vec<(&'static str, Recipe)> {
         (
             "mean field, two layers",
             with(|r| {
-                r.descent.objective = Objective::MeanField;
+                r.descent.objective = ObjectiveKind::MeanField;
                 r.network.hidden = vec![4, 2];
                 r.network.activation = Activation::Tanh;
                 r.features = 3;

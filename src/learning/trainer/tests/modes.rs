@@ -295,7 +295,7 @@ fn what_does_not_go_together_is_refused_by_name() {
     let mut noisy = modes().remove(2).1;
     noisy.augmentation.input_noise = 0.1;
     let mut wide = thrun();
-    wide.descent.objective = Objective::MeanField;
+    wide.descent.objective = ObjectiveKind::MeanField;
     wide.descent.scale = Scale::Sum;
     for (recipe, key) in [
         (trunk, "descent.sequential"),

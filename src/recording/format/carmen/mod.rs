@@ -22,8 +22,8 @@ use crate::{
     geometry::Pose,
     recording::{
         Channel, Columns, Recording,
-        account::Account,
-        log::{Log, OdometrySource},
+        import_report::ImportReport,
+        imported_log::{ImportedLog, OdometrySource},
         ranges,
     },
 };
@@ -80,8 +80,8 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
 /// assert_eq!(log.account.passed_over_counts()["NEFF"], 1);
 /// # Ok::<(), ballmark::Error>(())
 /// ```
-pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> {
-    let mut account = Account::default();
+pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<ImportedLog> {
+    let mut account = ImportReport::default();
     let events = parse(bytes, &mut account);
     let leader = leader(&events).ok_or_else(|| {
         Error::file(path, "no scan that can be read; expected FLASER, RLASER, SONAR, ROBOTLASER1 or RAWLASER1 lines")
@@ -224,7 +224,7 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> 
         run,
         ..Columns::default()
     });
-    Ok(Log {
+    Ok(ImportedLog {
         recording: recording.map_err(|e| e.in_file(path))?,
         account,
         odometry: source,
@@ -232,7 +232,7 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> 
 }
 
 /// All messages that matter, in order, each with the place it was made at.
-fn parse(bytes: &[u8], account: &mut Account) -> Vec<Event> {
+fn parse(bytes: &[u8], account: &mut ImportReport) -> Vec<Event> {
     let mut events = Vec::new();
     let mut clocks = Clocks::default();
     let mut vertex: Option<Pose> = None;
@@ -334,7 +334,7 @@ fn runs(
     pose: &[Pose],
     odometry: &[Pose],
     source: OdometrySource,
-    account: &mut Account,
+    account: &mut ImportReport,
 ) -> Vec<i64> {
     let mut run = 0;
     let mut runs = vec![0; pose.len()];
@@ -358,7 +358,7 @@ fn runs(
 struct Clocks(BTreeMap<&'static str, f64>);
 
 impl Clocks {
-    fn check(&mut self, kind: &'static str, stamp_s: f64, account: &mut Account) {
+    fn check(&mut self, kind: &'static str, stamp_s: f64, account: &mut ImportReport) {
         if stamp_s == 0.0 {
             account.warning(&format!("{kind} stamped 0"));
             return;

@@ -4,7 +4,7 @@
 //! scan start at its corrected pose and add raw odometry from there. The jump from the last ODOM line to the next scan
 //! is then the correction and no movement: the robot's own odometry is what the ODOM lines add up to without the jumps.
 
-use crate::{geometry::Pose, recording::log::OdometrySource};
+use crate::{geometry::Pose, recording::imported_log::OdometrySource};
 
 /// Poses nearer than this (metres, radians) are the same number written twice.
 const SAME: f64 = 1e-6;

@@ -25,8 +25,8 @@ use crate::{
     error::{Error, Result},
     recording::{
         Columns, Recording,
-        account::Account,
-        log::{Log, OdometrySource},
+        import_report::ImportReport,
+        imported_log::{ImportedLog, OdometrySource},
         ranges,
     },
 };
@@ -63,7 +63,7 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
 /// assert!(log.recording.values()[[0, 1]].is_nan());
 /// # Ok::<(), ballmark::Error>(())
 /// ```
-pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> {
+pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<ImportedLog> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut reader = ReaderBuilder::new()
         .flexible(true)
@@ -74,7 +74,7 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> 
         .map_err(|e| Error::input(path, "line 1", e))?;
     let header = Header::parse(header, |column| frames::are_named_in(bytes, column))
         .map_err(|fault| Error::input(path, "line 1", fault))?;
-    let mut account = Account::default();
+    let mut account = ImportReport::default();
     let mut columns = Columns::default();
     let (mut route_m, mut compass_rad, mut values) = (Vec::new(), Vec::new(), Vec::new());
     loop {
@@ -139,7 +139,7 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Log> 
         None => OdometrySource::Poses,
     };
     let recording = Recording::new(columns).map_err(|e| e.in_file(path))?;
-    Ok(Log {
+    Ok(ImportedLog {
         recording,
         account,
         odometry,
@@ -169,7 +169,7 @@ fn next_rows(path: &Path, reader: &mut Reader<&[u8]>, header: &Header) -> Result
 mod tests {
     use super::*;
 
-    fn table(text: &str) -> Result<Log> {
+    fn table(text: &str) -> Result<ImportedLog> {
         read(Path::new("t.csv"), text.as_bytes(), None)
     }
 

@@ -6,7 +6,7 @@ use crate::{
     error::Result,
     geometry::Pose,
     localiser::{
-        BayesLocaliser, Estimate, Player, PreparedSensorModel, Probable, SensorModel, Step,
+        BayesLocaliser, Estimate, PreparedSensorModel, Probable, SensorModel, Step, TrialRunner,
     },
     recording::Recording,
     seed::{Seed, Stream},
@@ -50,7 +50,7 @@ impl<'a> Filter<'a> {
     }
 }
 
-impl Player for Filter<'_> {
+impl TrialRunner for Filter<'_> {
     fn play(&self, trial: &[usize], _: Option<Pose>, stream: &mut Stream) -> Result<Vec<Step>> {
         let features = Seed(stream.random()).stream("sampled features");
         let Bayes {

@@ -1,14 +1,14 @@
 //! What a log gives: a recording, what became of everything that the log held, and where its odometry comes from.
 
-use super::{Recording, account::Account};
+use super::{Recording, import_report::ImportReport};
 
 /// A recording read from a log, and what became of everything the log held.
 #[derive(Debug, Clone)]
-pub struct Log {
+pub struct ImportedLog {
     /// What the robot saw.
     pub recording: Recording,
     /// Messages used and passed over, oddities, losses.
-    pub account: Account,
+    pub account: ImportReport,
     /// Where the recording's odometry comes from.
     pub odometry: OdometrySource,
 }

@@ -23,7 +23,7 @@ fn exact_prediction_agrees_with_brute_force_on_a_bent_floor() {
         ..OdometryMotion::exact()
     };
     let movement = step(0.6, 0.35, 0.5);
-    let mut robot = Bayes::new(&grid, motion, prior.clone()).unwrap();
+    let mut robot = BayesFilter::new(&grid, motion, prior.clone()).unwrap();
     robot.predict(&movement).unwrap();
 
     // Each cell shares its mass among all cells by the hat function of the distance to where it lands, on each axis.

@@ -12,15 +12,15 @@ const KINDS: usize = 64;
 /// The books of an import: nothing that a log holds disappears without an entry.
 ///
 /// ```
-/// use ballmark::recording::account::Account;
-/// let mut account = Account::default();
+/// use ballmark::recording::import_report::ImportReport;
+/// let mut account = ImportReport::default();
 /// account.passed_over("NEFF");
 /// account.lost("line 7: `FLASER` ends after 12 of 180 readings".into());
 /// assert_eq!(account.lost_count(), 1);
 /// assert_eq!(account.passed_over_counts()["NEFF"], 1);
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Account {
+pub struct ImportReport {
     used: BTreeMap<String, usize>,
     passed_over: BTreeMap<String, usize>,
     warnings: BTreeMap<String, usize>,
@@ -28,7 +28,7 @@ pub struct Account {
     lost_records: Vec<String>,
 }
 
-impl Account {
+impl ImportReport {
     /// A message that became part of the recording.
     pub fn used(&mut self, kind: &str) {
         count(&mut self.used, kind, 1);
@@ -78,7 +78,7 @@ impl Account {
     }
 
     /// Adds the books of another log, whose name is put before its lost records.
-    pub fn add(&mut self, log: &str, other: &Account) {
+    pub fn add(&mut self, log: &str, other: &ImportReport) {
         for (mine, theirs) in [
             (&mut self.used, &other.used),
             (&mut self.passed_over, &other.passed_over),
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn many_faults_are_counted_but_only_the_first_named() {
-        let mut account = Account::default();
+        let mut account = ImportReport::default();
         for line in 0..100 {
             account.lost(format!("line {line}"));
         }
@@ -120,7 +120,7 @@ mod tests {
             (account.lost_count(), account.lost_records().len()),
             (100, NAMED)
         );
-        let mut all = Account::default();
+        let mut all = ImportReport::default();
         all.add("walk.log", &account);
         assert_eq!(all.lost_count(), 100);
         assert_eq!(all.lost_records()[0], "walk.log: line 0");
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn endless_new_names_do_not_fill_the_memory() {
-        let mut account = Account::default();
+        let mut account = ImportReport::default();
         for kind in 0..1000 {
             account.passed_over(&kind.to_string());
         }
