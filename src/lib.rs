@@ -56,6 +56,9 @@ pub mod archive;
 // what a robot saw, and the files it comes in
 pub mod recording;
 
+// the plan that range sensors draw
+pub mod mapping;
+
 // constants of systems that can learn; members that share a trait, from one list
 pub mod registry;
 

@@ -33,6 +33,7 @@ pub mod dead_reckoning;
 pub mod evidence_based;
 mod filter;
 pub mod landmark_classifier;
+pub mod likelihood_field;
 pub mod live;
 pub mod local_grid;
 pub mod memoryless;

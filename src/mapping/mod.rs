@@ -1,0 +1,12 @@
+//! The plan that range sensors draw: what an ordinary user of a laser scanner has before any learning.
+//!
+//! An [`OccupancyMap`] is made from the scans of a recording at their poses; a [`LikelihoodField`] (Thrun, Burgard & Fox,
+//! *Probabilistic Robotics*, 2005, table 6.3) says how well a beam's end fits to it. Together they are the rival that
+//! learned landmarks have to beat wherever a plan predicts the sensor.
+
+mod distance;
+mod likelihood_field;
+mod occupancy_map;
+
+pub use likelihood_field::{Beam, LikelihoodField, LikelihoodFieldConfig};
+pub use occupancy_map::{Occupancy, OccupancyMap, OccupancyMapConfig};
