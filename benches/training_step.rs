@@ -1,5 +1,5 @@
 //! One whole training step (forward, objective, backward, Adam) of four networks 164→6→1 on K = 2,400 snapshots along a
-//! route of 89 m: `fast` as training takes it, `burn` on tensors. Beside it what it is made of, `objective` and `networks`.
+//! route of 89 m: `training_step` as training takes it, `burn` on tensors. Beside it what it is made of, `objective` and `networks`.
 
 use ballmark::{
     belief::Places,
@@ -75,7 +75,7 @@ fn steps(criterion: &mut Criterion, group: &str, by_tensors: bool) {
 }
 
 fn fast(criterion: &mut Criterion) {
-    steps(criterion, "fast", false);
+    steps(criterion, "training_step", false);
 }
 
 fn burn(criterion: &mut Criterion) {

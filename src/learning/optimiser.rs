@@ -9,10 +9,8 @@ use super::{
     recipe::{DescentConfig, Optimiser},
 };
 use crate::{detector::net::values, error::Result};
-use burn::{
-    optim::{Adam, AdamConfig, AdamState, AdaptiveMomentumState, Optimizer},
-    tensor::Tensor,
-};
+use burn::tensor::Tensor;
+use burn_optim::{Adam, AdamConfig, AdamState, AdaptiveMomentumState, Optimizer};
 
 /// Share of the last step that momentum descent keeps (Thrun 1998, 5.1.4).
 const MOMENTUM: f64 = 0.9;
