@@ -325,6 +325,7 @@ const NOT_OF_A_FILE: [&str; 4] = [
     "LiveConfig",
     "LikelihoodFieldConfig",
     "OccupancyMapConfig",
+    "SignalFieldConfig",
 ];
 
 #[test]

@@ -42,11 +42,13 @@ pub mod compass;
 pub mod independent;
 pub mod kernel;
 pub mod learned;
+pub mod signal_field;
 
 pub use compass::Compass;
 pub use independent::Independent;
 pub use kernel::{PreparedKernel, RawKernel, least_mean_squares};
 pub use learned::{LearnedFeatures, PreparedFeatures};
+pub use signal_field::SignalFieldModel;
 
 use crate::{
     belief::Belief,
