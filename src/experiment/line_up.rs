@@ -2,7 +2,8 @@
 
 use super::{
     kernels::kernels,
-    methods::{Method, MethodContext},
+    maps::likelihood_field,
+    methods::{FeatureAnswers, Method, MethodContext},
 };
 use crate::{
     belief::{Evidence, FeatureMap, Uncertainty},
@@ -27,6 +28,7 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
     }
     if context.parts.source.is_some() {
         let n = context.model().features();
+        all.extend(likelihood_field(context)?);
         all.extend(kernels(context)?);
         if n != WIDE_BITS {
             all.push(random_bits(context, n, context.evidence(n), "random_bits")?);
@@ -85,14 +87,25 @@ fn learned<'a>(
     labels: &Labels,
 ) -> Result<[Method<'a>; 2]> {
     let n = model.features();
-    let answers = model.detector().probabilities(context.parts.run)?;
+    let detector = model.detector();
+    let source = context.parts.source.as_ref();
+    let answers = FeatureAnswers {
+        run: detector.probabilities(context.parts.run)?,
+        source: source
+            .map(|source| detector.probabilities(&source.recording))
+            .transpose()?,
+    };
     let bits = |features: &Array2<f32>| features.mapv(f32::round);
     let map_of_bits = FeatureMap::new(
         model.places(),
         bits(&model.activation).mapv(f64::from),
         model.header.recipe.map.clone(),
     )?;
-    let rounded = (bits(&answers), map_of_bits, Evidence::MeanField);
+    let answers_in_bits = FeatureAnswers {
+        run: bits(&answers.run),
+        source: answers.source.as_ref().map(bits),
+    };
+    let rounded = (answers_in_bits, map_of_bits, Evidence::MeanField);
     let title = match labels.title.is_empty() {
         true => format!("{n} learned features"),
         false => format!("{n} learned{}", labels.title),
@@ -110,8 +123,11 @@ fn learned<'a>(
         rounded,
     )?;
     let motion = Some(model.header.motion.clone());
+    let layers = model.weights.layers.iter();
+    let numbers: usize = layers.map(|l| l.weight.len() + l.bias.len()).sum();
     Ok([soft, rounded].map(|method| Method {
         motion: motion.clone(),
+        other_bytes: numbers * size_of::<f32>(),
         ..method
     }))
 }

@@ -4,23 +4,28 @@ pub use super::localise_config::LocaliseConfig;
 
 use super::{
     convergence::{Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m},
+    evidence_tuning::Sequences,
     line_up::line_up,
     methods::{AnswersBy, Method, MethodContext},
     parts::Parts,
     trials::{self, Trial, TrialSampling},
 };
 use crate::{
-    belief::{Belief, Neighbours, OdometryMotion, Uncertainty},
+    belief::{Belief, Neighbours, OdometryMotion, Places, Uncertainty},
     error::{Error, Result},
     geometry::Pose,
     learning::error_reduction::ErrorReduction,
-    localiser::{BayesLocaliser, Estimate, Localiser, PreparedSensorModel, Step},
+    localiser::{
+        BayesLocaliser, Estimate, Localiser, PreparedSensorModel, Step,
+        sensor_model::{EvidenceScale, Scaled},
+    },
     model::Model,
+    recording::Recording,
     seed::Stream,
 };
 use rayon::prelude::*;
 use serde::Serialize;
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, ops::Range};
 
 /// How one method did in one kind of trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -52,8 +57,12 @@ pub struct MethodResult {
     /// Of a kernel, in deviations of the inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<f64>,
+    /// Power of its evidence, tuned on sequences of the validation part; null where it is taken at its word.
+    pub evidence_scale: Option<f64>,
     /// What the map keeps of a place besides its pose, in bytes; null where there is no map.
     pub bytes_per_place: Option<usize>,
+    /// What has to be on the robot, in bytes: places with their poses, networks, map; null where it is nothing.
+    pub robot_bytes: Option<usize>,
     /// Trials that start anywhere.
     #[serde(flatten)]
     pub global: TrialSummary,
@@ -140,6 +149,7 @@ pub fn play(
         )));
     }
     let trials = drawn(context)?;
+    let validation = validation_sequences(context)?;
     let all = methods.len();
     let mut results = Vec::new();
     for (done, method) in methods.into_iter().enumerate() {
@@ -148,9 +158,10 @@ pub fn play(
             all,
             next: &method.title,
         });
+        let named = |e: Error| e.context(&method.name);
+        let scale = evidence_scale(&method, context, &validation).map_err(named)?;
         let play = |known_start: bool| {
-            let summary = summary(&method, &trials, context, known_start);
-            summary.map_err(|e| e.context(&method.name))
+            summary(&method, &trials, context, scale, known_start).map_err(named)
         };
         let (global, tracking) = (play(false)?, play(true)?);
         let scores = context.priors.iter().zip(&method.held_out);
@@ -158,9 +169,11 @@ pub fn play(
             held_out: scores
                 .map(|(&prior, &score)| HeldOut { prior, score })
                 .collect(),
+            robot_bytes: robot_bytes(&method, context),
             name: method.name,
             title: method.title,
             bandwidth: method.bandwidth,
+            evidence_scale: scale.map(|scale| scale.scale),
             bytes_per_place: method.bytes_per_place,
             global,
             tracking,
@@ -181,28 +194,130 @@ pub fn play(
 
 /// The trials that everybody plays.
 fn drawn(context: &MethodContext) -> Result<Vec<Trial>> {
-    let (model, parts, config) = (context.model(), context.parts, context.config);
-    let nearness = &model.header.recipe.map.nearness;
-    let near = Neighbours::find(&model.places(), &parts.places, nearness)?;
-    let is_mapped = |k: usize| near.is_mapped(k);
-    let stretches = trials::stretches(parts.run, &parts.unseen, is_mapped, config.longest_gap_m);
+    let (parts, config) = (context.parts, context.config);
     let sampling = TrialSampling {
         count: config.trials,
         spacing_m: config.spacing_m,
         shortest_m: config.shortest_m,
         longest_m: config.longest_m,
     };
+    let stretches = mapped_stretches(context, parts.run, &parts.places, &parts.unseen)?;
     trials::draw(parts.run, &stretches, &sampling, context.seed())
+}
+
+/// Stretches of a part that lead through places that training saw.
+fn mapped_stretches(
+    context: &MethodContext,
+    recording: &Recording,
+    places: &Places,
+    part: &[usize],
+) -> Result<Vec<Range<usize>>> {
+    let model = context.model();
+    let nearness = &model.header.recipe.map.nearness;
+    let near = Neighbours::find(&model.places(), places, nearness)?;
+    let is_mapped = |k: usize| near.is_mapped(k);
+    let longest_gap_m = context.config.longest_gap_m;
+    Ok(trials::stretches(recording, part, is_mapped, longest_gap_m))
+}
+
+/// Sequences of the validation part, for tuning evidence: as many as settle it.
+const VALIDATION_SEQUENCES: usize = 8;
+
+/// Their length, in metres.
+const VALIDATION_LENGTH_M: f64 = 10.0;
+
+/// Sequences of the validation part, as long as trials or, where it has none so long, of a metre or more; none where what
+/// the models learned from is not at hand or has no such stretch.
+fn validation_sequences(context: &MethodContext) -> Result<Vec<Trial>> {
+    let Some(source) = &context.parts.source else {
+        return Ok(Vec::new());
+    };
+    let (recording, config) = (&*source.recording, context.config);
+    let places = Places::of(recording);
+    let stretches = mapped_stretches(context, recording, &places, &source.validation)?;
+    for shortest_m in [config.shortest_m, 1.0] {
+        let sampling = TrialSampling {
+            count: VALIDATION_SEQUENCES,
+            spacing_m: config.spacing_m,
+            shortest_m,
+            longest_m: VALIDATION_LENGTH_M.max(shortest_m),
+        };
+        if let Ok(drawn) = trials::draw(recording, &stretches, &sampling, context.seed()) {
+            return Ok(drawn);
+        }
+    }
+    Ok(Vec::new())
+}
+
+/// How much a method's evidence counts: as tuned on sequences of the validation part; where there are none, as usual for it.
+fn evidence_scale(
+    method: &Method,
+    context: &MethodContext,
+    sequences: &[Trial],
+) -> Result<Option<EvidenceScale>> {
+    let own_model: Box<dyn PreparedSensorModel>;
+    let usual = Some(EvidenceScale::of(method.usual_scale));
+    let source = match (&method.answers, &context.parts.source) {
+        (AnswersBy::Odometry | AnswersBy::Localiser(_), _) => return Ok(None),
+        (_, Some(source)) if !sequences.is_empty() => source,
+        _ => return Ok(usual),
+    };
+    let sensor = match (&method.answers, &method.validation) {
+        (AnswersBy::Sensor(model), _) => {
+            own_model = model.prepare(&source.recording, &source.validation)?;
+            own_model.as_ref()
+        }
+        (_, Some(prepared)) => prepared.as_ref(),
+        _ => return Ok(usual),
+    };
+    let sequences = Sequences {
+        recording: &source.recording,
+        places: &Places::of(&source.recording),
+        trials: sequences,
+        grid: &context.grid,
+        motion: motion(method, context),
+    };
+    let scale = sequences.tuned(sensor, context.seed())?;
+    Ok(Some(EvidenceScale::of(scale)))
+}
+
+/// What the filter believes of odometry: the configuration's word first, then the method's, then the first model's.
+fn motion<'a>(method: &'a Method, context: &'a MethodContext) -> &'a OdometryMotion {
+    let own = method.motion.as_ref();
+    let usual = own.unwrap_or(&context.model().header.motion);
+    context.config.motion.as_ref().unwrap_or(usual)
+}
+
+/// A pose as a robot holds it: three numbers in single precision; along a route one.
+fn robot_bytes(method: &Method, context: &MethodContext) -> Option<usize> {
+    let places = context.model().places();
+    let numbers = match places {
+        Places::Route(_) => 1,
+        Places::Plane(_) => 3,
+    };
+    let of_place = |bytes: usize| places.len() * (bytes + numbers * size_of::<f32>());
+    let all = method.other_bytes + method.bytes_per_place.map_or(0, of_place);
+    (all > 0).then_some(all)
 }
 
 fn summary(
     method: &Method,
     trials: &[Trial],
     context: &MethodContext,
+    scale: Option<EvidenceScale>,
     known_start: bool,
 ) -> Result<TrialSummary> {
-    let sensor = |sensor| {
-        let filter = Filter::new(method, context, sensor, known_start);
+    let sensor = |sensor: Option<&dyn PreparedSensorModel>| {
+        let scaled = match (sensor, scale) {
+            (Some(sensor), Some(scale)) => Some(Scaled::new(sensor, scale)),
+            _ => None,
+        };
+        let filter = Filter {
+            context,
+            sensor: scaled.as_ref().map(|s| s as &dyn PreparedSensorModel),
+            motion: motion(method, context),
+            known_start,
+        };
         played(trials, |t, trial| filter.answers(t, trial))
     };
     let answers = match &method.answers {
@@ -252,23 +367,7 @@ struct Filter<'a> {
     known_start: bool,
 }
 
-impl<'a> Filter<'a> {
-    fn new(
-        method: &'a Method,
-        context: &'a MethodContext,
-        sensor: Option<&'a dyn PreparedSensorModel>,
-        known_start: bool,
-    ) -> Self {
-        let own = method.motion.as_ref();
-        let motion = own.unwrap_or(&context.model().header.motion);
-        Self {
-            context,
-            sensor,
-            motion: context.config.motion.as_ref().unwrap_or(motion),
-            known_start,
-        }
-    }
-
+impl Filter<'_> {
     fn answers(&self, number: usize, trial: &Trial) -> Result<Answers> {
         let (parts, grid, config) = (self.context.parts, &self.context.grid, self.context.config);
         let start = if self.known_start {

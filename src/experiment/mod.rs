@@ -11,6 +11,7 @@ pub mod laps;
 pub mod line_up;
 pub mod localisation;
 pub mod localise_config;
+mod maps;
 pub mod methods;
 pub mod parts;
 pub mod printed;

@@ -25,7 +25,8 @@ pub fn table(record: &Record) -> Table {
             "<1m at m",
             "error m",
             "tracked m",
-            "bytes",
+            "scale",
+            "kB",
         ]
         .map(String::from),
     );
@@ -60,8 +61,9 @@ pub fn table(record: &Record) -> Table {
                 at => Cell::number(at.map(|at| at.expected_error_m), 2),
             });
         }
-        let bytes = result.bytes_per_place.map(|bytes| bytes as u64);
-        row.push(bytes.map_or(Cell::Missing, Cell::Count));
+        row.push(Cell::number(result.evidence_scale, 3));
+        let kilobytes = result.robot_bytes.map(|bytes| bytes as f64 / 1000.0);
+        row.push(Cell::number(kilobytes, 1));
         table.row(row);
     }
     table.caption(format!(
@@ -84,7 +86,7 @@ pub fn table(record: &Record) -> Table {
         "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  after m = median metres until then (–: fewer than half)",
         "<1m at m = metres after which the mean expected error first falls under 1 m;\n  error m = that mean in metres after 10 m, over the trials that go so far",
         "tracked m = the same mean after 10 m from a known start (–: no trial is that long)",
-        "bytes = what the map keeps of each place, besides its pose",
+        "scale = power of the likelihood, tuned on sequences of the validation part (1: at its word);\n  kB = what the robot must hold: places with their poses, networks or map",
     ] {
         table.caption(line);
     }

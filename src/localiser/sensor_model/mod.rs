@@ -39,14 +39,18 @@
 //! ```
 
 pub mod compass;
+pub mod evidence_scale;
 pub mod independent;
 pub mod kernel;
 pub mod learned;
+pub mod likelihood_field;
 
 pub use compass::Compass;
+pub use evidence_scale::{EvidenceScale, Scaled};
 pub use independent::Independent;
 pub use kernel::{PreparedKernel, RawKernel, least_mean_squares};
 pub use learned::{LearnedFeatures, PreparedFeatures};
+pub use likelihood_field::LikelihoodFieldModel;
 
 use crate::{
     belief::Belief,
