@@ -20,7 +20,7 @@ use crate::{
 };
 use ndarray::ArrayView2;
 use rayon::prelude::*;
-use std::sync::Arc;
+use std::{f64::consts::SQRT_2, sync::Arc};
 
 /// Powers that evidence is tuned over.
 pub const SCALES: [f64; 9] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625];
@@ -76,19 +76,23 @@ impl Sequences<'_> {
         Ok(sum / count.max(1) as f64)
     }
 
-    /// The power among [`SCALES`] of least negative log likelihood.
+    /// The power of least negative log likelihood: among [`SCALES`], and then half an octave to either side of the best.
     ///
     /// # Errors
     /// Where the sensor model fails.
     pub fn tuned(&self, sensor: &dyn PreparedSensorModel, seed: Seed) -> Result<f64> {
         let mut best = (1.0, f64::INFINITY);
-        for scale in SCALES {
-            let nats = self.negative_log_likelihood(sensor, EvidenceScale::of(scale), seed)?;
-            if nats < best.1 {
-                best = (scale, nats);
+        let mut try_all = |scales: &[f64]| -> Result<f64> {
+            for &scale in scales {
+                let nats = self.negative_log_likelihood(sensor, EvidenceScale::of(scale), seed)?;
+                if nats < best.1 {
+                    best = (scale, nats);
+                }
             }
-        }
-        Ok(best.0)
+            Ok(best.0)
+        };
+        let coarse = try_all(&SCALES)?;
+        try_all(&[coarse * SQRT_2, coarse / SQRT_2])
     }
 }
 

@@ -119,10 +119,11 @@ impl Queries {
             bytes_per_place: Some(size_of::<f32>() * values),
             other_bytes: 0,
             motion: None,
+            evidence_scale: None,
             usual_scale: 1.0,
-            validation: Some(Box::new(on_validation)),
+            validation: Some(Arc::new(on_validation)),
             held_out,
-            answers: AnswersBy::PreparedSensor(Box::new(sensor)),
+            answers: AnswersBy::PreparedSensor(Arc::new(sensor)),
         })
     }
 

@@ -4,6 +4,8 @@ use super::{
     kernels::kernels,
     maps::likelihood_field,
     methods::{FeatureAnswers, Method, MethodContext},
+    product::product,
+    sequences::evidence_scale,
 };
 use crate::{
     belief::{Evidence, FeatureMap, Uncertainty},
@@ -28,7 +30,11 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
     }
     if context.parts.source.is_some() {
         let n = context.model().features();
-        all.extend(likelihood_field(context)?);
+        if let Some(mut map) = likelihood_field(context)? {
+            let products = with_learned(context, &mut all, &mut map)?;
+            all.extend(products);
+            all.push(map);
+        }
         all.extend(kernels(context)?);
         if n != WIDE_BITS {
             all.push(random_bits(context, n, context.evidence(n), "random_bits")?);
@@ -36,8 +42,34 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
         let (evidence, name) = (Evidence::MeanField, "random_bits_64");
         all.push(random_bits(context, WIDE_BITS, evidence, name)?);
     }
-    all.push(context.odometry("odometry_only", "odometry alone"));
+    all.push(context.odometry("odometry", "odometry alone"));
     Ok(all)
+}
+
+/// Every model's learned features together with another method's sensor model.
+fn with_learned<'a>(
+    context: &MethodContext<'a>,
+    learned: &mut [Method<'a>],
+    other: &mut Method<'a>,
+) -> Result<Vec<Method<'a>>> {
+    // Tuned here, or the products and the trials would each do it again.
+    let tune = |method: &mut Method<'a>| -> Result<()> {
+        method.evidence_scale = evidence_scale(method, context)?.map(|tuned| tuned.scale);
+        Ok(())
+    };
+    tune(other)?;
+    // The methods of each model: as they are, and rounded to bits.
+    let soft = learned.iter_mut().step_by(2);
+    let products = soft.map(|soft| {
+        tune(soft)?;
+        let (name, title) = (
+            format!("{}+{}", soft.name, other.name),
+            format!("both: {}", soft.title),
+        );
+        product(context, &name, &title, &[soft, other])
+    });
+    let products = products.collect::<Result<Vec<_>>>()?;
+    Ok(products.into_iter().flatten().collect())
 }
 
 /// What follows the name and the title of a model's rows.

@@ -3,15 +3,18 @@
 pub use super::localise_config::LocaliseConfig;
 
 use super::{
-    convergence::{Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m},
-    evidence_tuning::Sequences,
+    convergence::{
+        Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m, share,
+    },
     line_up::line_up,
     methods::{AnswersBy, Method, MethodContext},
     parts::Parts,
-    trials::{self, Trial, TrialSampling},
+    recall::{Recalled, recall},
+    sequences::{drawn, evidence_scale, motion},
+    trials::Trial,
 };
 use crate::{
-    belief::{Belief, Neighbours, OdometryMotion, Places, Uncertainty},
+    belief::{Belief, OdometryMotion, Places, Uncertainty},
     error::{Error, Result},
     geometry::Pose,
     learning::error_reduction::ErrorReduction,
@@ -20,12 +23,11 @@ use crate::{
         sensor_model::{EvidenceScale, Scaled},
     },
     model::Model,
-    recording::Recording,
     seed::Stream,
 };
 use rayon::prelude::*;
 use serde::Serialize;
-use std::{collections::BTreeSet, ops::Range};
+use std::collections::BTreeSet;
 
 /// How one method did in one kind of trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -33,6 +35,8 @@ use std::{collections::BTreeSet, ops::Range};
 pub struct TrialSummary {
     /// Share of the trials that converged.
     pub converged_fraction: f64,
+    /// Its 95 % interval, by bootstrap over runs or stretches; null where there is only one.
+    pub converged_fraction_ci95: Option<[f64; 2]>,
     /// Median distance to converge over all trials; null where fewer than half did.
     pub distance_to_converge_m: Option<f64>,
     /// Distance at which the mean curve passes 1 m.
@@ -63,6 +67,23 @@ pub struct MethodResult {
     pub bytes_per_place: Option<usize>,
     /// What has to be on the robot, in bytes: places with their poses, networks, map; null where it is nothing.
     pub robot_bytes: Option<usize>,
+    /// Share of unseen snapshots after each of which, with no idea before, the likeliest place of the whole grid is within 1 m
+    /// of the truth; null where the method is no sensor model.
+    pub recall_1m: Option<f64>,
+    /// Its 95 % interval, by bootstrap over runs or pieces of the way.
+    pub recall_1m_ci95: Option<[f64; 2]>,
+    /// The same within 0.5 m.
+    pub recall_05m: Option<f64>,
+    /// Its interval.
+    pub recall_05m_ci95: Option<[f64; 2]>,
+    /// Mean expected error after 10 m from a start anywhere, in metres; null where no trial goes so far.
+    pub error_at_10m_m: Option<f64>,
+    /// Its 95 % interval.
+    pub error_at_10m_m_ci95: Option<[f64; 2]>,
+    /// The same from a known start.
+    pub tracked_error_m: Option<f64>,
+    /// Its 95 % interval.
+    pub tracked_error_m_ci95: Option<[f64; 2]>,
     /// Trials that start anywhere.
     #[serde(flatten)]
     pub global: TrialSummary,
@@ -70,6 +91,17 @@ pub struct MethodResult {
     pub tracking: TrialSummary,
     /// One snapshot's error reduction on the unseen part, one a prior.
     pub held_out: Vec<HeldOut>,
+}
+
+/// Distance at which mean errors are reported, in metres.
+pub const REPORTED_AT_M: f64 = 10.0;
+
+impl TrialSummary {
+    /// The mean errors after [`REPORTED_AT_M`]; none where no trial goes so far.
+    pub fn reported(&self) -> Option<&Row> {
+        let mut rows = self.error_by_distance.iter();
+        rows.find(|row| row.distance_m >= REPORTED_AT_M - 1e-9)
+    }
 }
 
 /// One snapshot's error reduction under a prior.
@@ -149,7 +181,6 @@ pub fn play(
         )));
     }
     let trials = drawn(context)?;
-    let validation = validation_sequences(context)?;
     let all = methods.len();
     let mut results = Vec::new();
     for (done, method) in methods.into_iter().enumerate() {
@@ -159,17 +190,34 @@ pub fn play(
             next: &method.title,
         });
         let named = |e: Error| e.context(&method.name);
-        let scale = evidence_scale(&method, context, &validation).map_err(named)?;
+        let scale = evidence_scale(&method, context).map_err(named)?;
         let play = |known_start: bool| {
             summary(&method, &trials, context, scale, known_start).map_err(named)
         };
         let (global, tracking) = (play(false)?, play(true)?);
+        let recalled = recalled(&method, context, scale).map_err(named)?;
+        let within = |metres: f64| {
+            let hits: Vec<(usize, bool)> = recalled
+                .iter()
+                .map(|snapshot| (snapshot.unit, snapshot.error_m <= metres))
+                .collect();
+            share(&hits, context.config.resamples, context.seed())
+        };
+        let (recall_1m, recall_05m) = (within(1.0), within(0.5));
         let scores = context.priors.iter().zip(&method.held_out);
         results.push(MethodResult {
             held_out: scores
                 .map(|(&prior, &score)| HeldOut { prior, score })
                 .collect(),
             robot_bytes: robot_bytes(&method, context),
+            recall_1m: recall_1m.map(|share| share.0),
+            recall_1m_ci95: recall_1m.and_then(|share| share.1),
+            recall_05m: recall_05m.map(|share| share.0),
+            recall_05m_ci95: recall_05m.and_then(|share| share.1),
+            error_at_10m_m: global.reported().map(|row| row.expected_error_m),
+            error_at_10m_m_ci95: global.reported().and_then(|row| row.ci95_m),
+            tracked_error_m: tracking.reported().map(|row| row.expected_error_m),
+            tracked_error_m_ci95: tracking.reported().and_then(|row| row.ci95_m),
             name: method.name,
             title: method.title,
             bandwidth: method.bandwidth,
@@ -192,100 +240,23 @@ pub fn play(
     })
 }
 
-/// The trials that everybody plays.
-fn drawn(context: &MethodContext) -> Result<Vec<Trial>> {
-    let (parts, config) = (context.parts, context.config);
-    let sampling = TrialSampling {
-        count: config.trials,
-        spacing_m: config.spacing_m,
-        shortest_m: config.shortest_m,
-        longest_m: config.longest_m,
-    };
-    let stretches = mapped_stretches(context, parts.run, &parts.places, &parts.unseen)?;
-    trials::draw(parts.run, &stretches, &sampling, context.seed())
-}
-
-/// Stretches of a part that lead through places that training saw.
-fn mapped_stretches(
-    context: &MethodContext,
-    recording: &Recording,
-    places: &Places,
-    part: &[usize],
-) -> Result<Vec<Range<usize>>> {
-    let model = context.model();
-    let nearness = &model.header.recipe.map.nearness;
-    let near = Neighbours::find(&model.places(), places, nearness)?;
-    let is_mapped = |k: usize| near.is_mapped(k);
-    let longest_gap_m = context.config.longest_gap_m;
-    Ok(trials::stretches(recording, part, is_mapped, longest_gap_m))
-}
-
-/// Sequences of the validation part, for tuning evidence: as many as settle it.
-const VALIDATION_SEQUENCES: usize = 8;
-
-/// Their length, in metres.
-const VALIDATION_LENGTH_M: f64 = 10.0;
-
-/// Sequences of the validation part, as long as trials or, where it has none so long, of a metre or more; none where what
-/// the models learned from is not at hand or has no such stretch.
-fn validation_sequences(context: &MethodContext) -> Result<Vec<Trial>> {
-    let Some(source) = &context.parts.source else {
-        return Ok(Vec::new());
-    };
-    let (recording, config) = (&*source.recording, context.config);
-    let places = Places::of(recording);
-    let stretches = mapped_stretches(context, recording, &places, &source.validation)?;
-    for shortest_m in [config.shortest_m, 1.0] {
-        let sampling = TrialSampling {
-            count: VALIDATION_SEQUENCES,
-            spacing_m: config.spacing_m,
-            shortest_m,
-            longest_m: VALIDATION_LENGTH_M.max(shortest_m),
-        };
-        if let Ok(drawn) = trials::draw(recording, &stretches, &sampling, context.seed()) {
-            return Ok(drawn);
-        }
-    }
-    Ok(Vec::new())
-}
-
-/// How much a method's evidence counts: as tuned on sequences of the validation part; where there are none, as usual for it.
-fn evidence_scale(
+/// What single snapshots say of the place; nothing of a method that is no sensor model.
+fn recalled(
     method: &Method,
     context: &MethodContext,
-    sequences: &[Trial],
-) -> Result<Option<EvidenceScale>> {
-    let own_model: Box<dyn PreparedSensorModel>;
-    let usual = Some(EvidenceScale::of(method.usual_scale));
-    let source = match (&method.answers, &context.parts.source) {
-        (AnswersBy::Odometry | AnswersBy::Localiser(_), _) => return Ok(None),
-        (_, Some(source)) if !sequences.is_empty() => source,
-        _ => return Ok(usual),
+    scale: Option<EvidenceScale>,
+) -> Result<Vec<Recalled>> {
+    let Some(scale) = scale else {
+        return Ok(Vec::new());
     };
-    let sensor = match (&method.answers, &method.validation) {
-        (AnswersBy::Sensor(model), _) => {
-            own_model = model.prepare(&source.recording, &source.validation)?;
-            own_model.as_ref()
-        }
-        (_, Some(prepared)) => prepared.as_ref(),
-        _ => return Ok(usual),
-    };
-    let sequences = Sequences {
-        recording: &source.recording,
-        places: &Places::of(&source.recording),
-        trials: sequences,
-        grid: &context.grid,
-        motion: motion(method, context),
-    };
-    let scale = sequences.tuned(sensor, context.seed())?;
-    Ok(Some(EvidenceScale::of(scale)))
-}
-
-/// What the filter believes of odometry: the configuration's word first, then the method's, then the first model's.
-fn motion<'a>(method: &'a Method, context: &'a MethodContext) -> &'a OdometryMotion {
-    let own = method.motion.as_ref();
-    let usual = own.unwrap_or(&context.model().header.motion);
-    context.config.motion.as_ref().unwrap_or(usual)
+    let ask = |sensor: &dyn PreparedSensorModel| recall(context, &Scaled::new(sensor, scale));
+    match &method.answers {
+        AnswersBy::Odometry | AnswersBy::Localiser(_) => Ok(Vec::new()),
+        AnswersBy::PreparedSensor(prepared) => ask(prepared.as_ref()),
+        AnswersBy::Sensor(model) => ask(model
+            .prepare(context.parts.run, &context.parts.unseen)?
+            .as_ref()),
+    }
 }
 
 /// A pose as a robot holds it: three numbers in single precision; along a route one.
@@ -340,8 +311,12 @@ fn summary(
     let (spacing_m, resamples) = (config.spacing_m, config.resamples);
     let error_by_distance = error_curve(trials, &answers, spacing_m, resamples, context.seed());
     let below_1m = mean_below_1m(&error_by_distance);
+    let units = trials.iter().map(|trial| trial.unit);
+    let found: Vec<(usize, bool)> = units.zip(converged.iter().map(Option::is_some)).collect();
+    let found = share(&found, resamples, context.seed());
     Ok(TrialSummary {
-        converged_fraction: converged.iter().flatten().count() as f64 / trials.len() as f64,
+        converged_fraction: found.map_or(0.0, |found| found.0),
+        converged_fraction_ci95: found.and_then(|found| found.1),
         distance_to_converge_m: median_distance_m(&converged),
         mean_error_below_1m_at_m: below_1m.map(|row| row.distance_m),
         mean_error_below_1m_trials: below_1m.map(|row| row.trials),

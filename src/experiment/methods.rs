@@ -37,11 +37,13 @@ pub struct Method<'a> {
     pub other_bytes: usize,
     /// What the filter believes of odometry, where the configuration names nothing; `None`: as the first model learned.
     pub motion: Option<OdometryMotion>,
+    /// Power of its evidence, where it is known; `None`: it is tuned.
+    pub evidence_scale: Option<f64>,
     /// Power of its evidence, where no sequence of the validation part is there to tune it on.
     pub usual_scale: f64,
     /// The sensor model prepared for the validation part of what the models learned from, where it is one that is prepared
     /// for the unseen part: its evidence is tuned there. Without it the evidence counts as usual.
-    pub validation: Option<Box<dyn PreparedSensorModel + 'a>>,
+    pub validation: Option<Arc<dyn PreparedSensorModel + 'a>>,
     /// Error reduction of one snapshot on the unseen part, one a prior of [`MethodContext::priors`]; empty where it is not
     /// known.
     pub held_out: Vec<ErrorReduction>,
@@ -54,9 +56,9 @@ pub enum AnswersBy<'a> {
     /// The grid Bayes filter by odometry alone.
     Odometry,
     /// The filter with a sensor model.
-    Sensor(Box<dyn SensorModel + 'a>),
+    Sensor(Arc<dyn SensorModel + 'a>),
     /// The filter with a sensor model that is prepared for the unseen part of the run.
-    PreparedSensor(Box<dyn PreparedSensorModel + 'a>),
+    PreparedSensor(Arc<dyn PreparedSensorModel + 'a>),
     /// Anybody who answers with places in the plane.
     Localiser(Box<dyn Localiser + 'a>),
 }
@@ -188,7 +190,7 @@ impl<'a> MethodContext<'a> {
         title: &str,
         sensor: Box<dyn SensorModel + 'a>,
     ) -> Method<'a> {
-        method(name, title, None, AnswersBy::Sensor(sensor))
+        method(name, title, None, AnswersBy::Sensor(sensor.into()))
     }
 
     /// A localiser that has learned. It must answer with places in the plane; where it has no posterior it counts as sure of
@@ -250,12 +252,12 @@ impl<'a> MethodContext<'a> {
         let validation = answers.source.as_ref().map(on_source);
         Ok(Method {
             held_out,
-            validation: validation.map(|v| Box::new(v) as Box<dyn PreparedSensorModel>),
+            validation: validation.map(|v| Arc::new(v) as Arc<dyn PreparedSensorModel>),
             ..method(
                 name,
                 title,
                 Some(bytes_per_place),
-                AnswersBy::PreparedSensor(Box::new(sensor)),
+                AnswersBy::PreparedSensor(Arc::new(sensor)),
             )
         })
     }
@@ -288,7 +290,7 @@ impl<'a> MethodContext<'a> {
         let bytes = Some(size_of::<usize>());
         Ok(Method {
             held_out,
-            ..method(name, title, bytes, AnswersBy::Sensor(Box::new(sensor)))
+            ..method(name, title, bytes, AnswersBy::Sensor(Arc::new(sensor)))
         })
     }
 
@@ -307,7 +309,7 @@ impl<'a> MethodContext<'a> {
     ) -> Result<Method<'a>> {
         Ok(Method {
             held_out: self.held_out(alone)?,
-            ..method(name, title, None, AnswersBy::Sensor(at_cells))
+            ..method(name, title, None, AnswersBy::Sensor(at_cells.into()))
         })
     }
 
@@ -406,7 +408,8 @@ impl<'a> MethodContext<'a> {
     }
 }
 
-fn method<'a>(
+/// A method of which nothing else is known.
+pub(super) fn method<'a>(
     name: &str,
     title: &str,
     bytes_per_place: Option<usize>,
@@ -418,6 +421,7 @@ fn method<'a>(
         bandwidth: None,
         bytes_per_place,
         other_bytes: 0,
+        evidence_scale: None,
         usual_scale: 1.0,
         validation: None,
         motion: None,
