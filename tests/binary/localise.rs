@@ -37,6 +37,8 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     let table = place.ballmark(&["localise", "m.safetensors", &data, "--trials", "4"]);
     for title in [
         "2 learned features",
+        "both: ",
+        "occupancy map",
         "raw-scan kernel",
         "kernel, 24 views",
         "2 random bits",
@@ -68,19 +70,37 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     let keys = [
         "converged_fraction",
         "distance_to_converge_m",
+        "converged_fraction_ci95",
         "mean_error_below_1m_at_m",
         "error_by_distance",
+        "error_at_10m_m",
+        "error_at_10m_m_ci95",
+        "tracked_error_m",
+        "tracked_error_m_ci95",
+        "recall_1m",
+        "recall_1m_ci95",
+        "recall_05m",
+        "robot_bytes",
+        "evidence_scale",
         "tracking",
     ];
-    for contender in [
-        &result,
-        &result["learned_bits"],
-        &result["kernel"],
-        &result["kernel_views"],
-        &result["random_bits"],
-        &result["random_bits_64"],
-        &result["odometry_only"],
-    ] {
+    let systems = result["systems"].as_array().unwrap();
+    let named = |name: &str| {
+        let mut found = systems.iter().filter(|system| system["name"] == name);
+        found.next().unwrap_or_else(|| panic!("no system {name}"))
+    };
+    let names = [
+        "learned",
+        "learned_bits",
+        "learned+likelihood_field",
+        "likelihood_field",
+        "kernel",
+        "kernel_views",
+        "random_bits",
+        "random_bits_64",
+        "odometry",
+    ];
+    for contender in names.map(named).into_iter().chain([&result]) {
         for key in keys {
             assert!(
                 contender.get(key).is_some(),
@@ -99,12 +119,14 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     // 24 sonars, one reading each: a float a reading, in 25 views; bits; no map.
     for (contender, bytes) in [
         (&result, serde_json::json!(8)),
-        (&result["learned_bits"], serde_json::json!(1)),
-        (&result["kernel"], serde_json::json!(96)),
-        (&result["kernel_views"], serde_json::json!(2400)),
-        (&result["random_bits"], serde_json::json!(1)),
-        (&result["random_bits_64"], serde_json::json!(8)),
-        (&result["odometry_only"], serde_json::Value::Null),
+        (named("learned_bits"), serde_json::json!(1)),
+        (named("likelihood_field"), serde_json::Value::Null),
+        (named("learned+likelihood_field"), serde_json::json!(8)),
+        (named("kernel"), serde_json::json!(96)),
+        (named("kernel_views"), serde_json::json!(2400)),
+        (named("random_bits"), serde_json::json!(1)),
+        (named("random_bits_64"), serde_json::json!(8)),
+        (named("odometry"), serde_json::Value::Null),
     ] {
         assert_eq!(contender["bytes_per_place"], bytes);
     }

@@ -12,9 +12,9 @@ use std::sync::Arc;
 
 /// A [`SignalField`](crate::belief::SignalField) over the cells of a grid, read as a likelihood.
 ///
-/// ln P(z | ξ) is finite at every cell. Its readings are taken as independent of each other, which they are not: whoever
-/// corrects a belief with it should temper it by a power found on a validation part
-/// ([`fit_tuned`](crate::belief::signal_field::fit_tuned)).
+/// ln P(z | ξ) is finite at every cell. Its readings are taken as independent of each other, which they are not: it has to
+/// be scaled ([`EvidenceScale`](super::EvidenceScale)) before a filter may believe it. For single snapshots
+/// [`fit_tuned`](crate::belief::signal_field::fit_tuned) finds a power.
 ///
 /// ```
 /// use ballmark::{belief::{Belief, Grid, GridConfig, SignalField, SignalFieldConfig, signal_field::LabelledReadings}, seed::Seed};
