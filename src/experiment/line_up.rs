@@ -31,7 +31,7 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
     if context.parts.source.is_some() {
         let n = context.model().features();
         if let Some(mut map) = likelihood_field(context)? {
-            let products = with_learned(context, &mut all, &mut map)?;
+            let products = with_learned(context, &mut all, &mut map, "map")?;
             all.extend(products);
             all.push(map);
         }
@@ -46,11 +46,12 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
     Ok(all)
 }
 
-/// Every model's learned features together with another method's sensor model.
+/// Every model's learned features together with another method's sensor model, which titles call `short`.
 fn with_learned<'a>(
     context: &MethodContext<'a>,
     learned: &mut [Method<'a>],
     other: &mut Method<'a>,
+    short: &str,
 ) -> Result<Vec<Method<'a>>> {
     // Tuned here, or the products and the trials would each do it again.
     let tune = |method: &mut Method<'a>| -> Result<()> {
@@ -64,7 +65,7 @@ fn with_learned<'a>(
         tune(soft)?;
         let (name, title) = (
             format!("{}+{}", soft.name, other.name),
-            format!("both: {}", soft.title),
+            format!("{} + {short}", soft.title),
         );
         product(context, &name, &title, &[soft, other])
     });

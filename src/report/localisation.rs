@@ -70,7 +70,7 @@ pub fn table(record: &Record) -> Table {
         record.unseen
     ));
     for line in [
-        "recall % = unseen snapshots each of which alone puts the likeliest place of all within 1 m of the truth",
+        "recall % = unseen snapshots each of which alone, from no idea, makes a place within 1 m\n  of the truth the likeliest of all",
         "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  after m = median metres until then (–: fewer than half)",
         "error m = mean expected error after 10 m, over the trials that go so far;\n  tracked m = the same from a known start (–: no trial is that long)",
         "kB = what the robot must hold: places with their poses, networks or map",

@@ -37,7 +37,7 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     let table = place.ballmark(&["localise", "m.safetensors", &data, "--trials", "4"]);
     for title in [
         "2 learned features",
-        "both: ",
+        "2 learned features + map",
         "occupancy map",
         "raw-scan kernel",
         "kernel, 24 views",
@@ -309,7 +309,7 @@ fn the_demo_goes_all_the_way() {
         .lines()
         .filter(|l| l.starts_with("4 learned, "))
         .collect();
-    assert_eq!(lines.len(), 2, "{}", answer.stdout);
+    assert_eq!(lines.len(), 4, "{}", answer.stdout); // of each prior, alone and with the map
     for file in [
         "corridor.npz",
         "corridor-2m.safetensors",
@@ -438,14 +438,20 @@ fn several_models_stand_in_one_table() {
         json(&["a.safetensors"]),
         json(&["a.safetensors", "b.safetensors"]),
     );
+    let tracking = |all: &serde_json::Value, name: &str| {
+        let mut systems = all["systems"].as_array().unwrap().iter();
+        let found = systems.find(|system| system["name"] == name);
+        found.unwrap_or_else(|| panic!("no system {name}"))["tracking"].clone()
+    };
     for (one, of_both) in [
+        ("learned", "learned_2m"),
         ("learned_bits", "learned_bits_2m"),
         ("random_bits", "random_bits"),
     ] {
-        assert_eq!(alone[one]["tracking"], both[of_both]["tracking"], "{one}");
+        assert_eq!(tracking(&alone, one), tracking(&both, of_both), "{one}");
     }
-    assert_eq!(alone["tracking"], both["learned_2m"]["tracking"]);
-    assert!(both["learned_global"]["converged_fraction"].is_number());
+    assert_eq!(alone["tracking"], tracking(&both, "learned_2m"));
+    assert!(tracking(&both, "learned_global")["converged_fraction"].is_number());
     place
         .ballmark(&["localise", "a.safetensors", "c.safetensors", "walk.npz"])
         .refused(1, &["different places", "train.split"]);
