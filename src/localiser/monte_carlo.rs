@@ -120,12 +120,12 @@ impl MonteCarlo {
             .grid
             .places()
             .pose(stream.random_range(0..self.grid.len()));
-        let half = [(); 3].map(|()| stream.random_range(-0.5..0.5));
-        let cell_m = self.grid.cell_m();
+        let [east, north, turn] = [(); 3].map(|()| stream.random_range(-0.5..0.5));
+        let (cell_m, cell_rad) = (self.grid.cell_m(), TAU / self.grid.headings() as f64);
         Pose::new(
-            centre.x_m + half[0] * cell_m,
-            centre.y_m + half[1] * cell_m,
-            wrapped(centre.heading_rad + half[2] * TAU / self.grid.headings() as f64),
+            centre.x_m + east * cell_m,
+            centre.y_m + north * cell_m,
+            wrapped(centre.heading_rad + turn * cell_rad),
         )
     }
 
@@ -148,10 +148,7 @@ impl MonteCarlo {
             }
         }
         let cells = self.grid.places();
-        let away_m = |&cell: &usize| {
-            let centre = cells.pose(cell);
-            centre.distance_m(start)
-        };
+        let away_m = |&cell: &usize| cells.pose(cell).distance_m(start);
         let nearest = (0..self.grid.len() / self.grid.headings())
             .min_by(|a, b| away_m(a).total_cmp(&away_m(b)));
         Pose {
@@ -315,8 +312,8 @@ impl<'a> Robot<'a> {
         let log_predictive = self.particles.correct(&log_likelihood);
         // w_avg of table 8.3, but of one beam, as the geometric mean over all: whole scans differ by tens of powers of ten,
         // and by how many beams came back.
-        let beams = config.evidence_scale * beams.len() as f64;
-        self.recovery.add((log_predictive / beams).exp());
+        let counted = config.evidence_scale * beams.len() as f64;
+        self.recovery.add((log_predictive / counted).exp());
     }
 
     fn draw_anew(&mut self, stream: &mut Stream) {

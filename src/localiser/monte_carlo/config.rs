@@ -23,8 +23,10 @@ pub struct MonteCarloConfig {
     pub slow_decay: f64,
     /// α_fast: the same for the short average. Random particles are drawn while that is below the long one.
     pub fast_decay: f64,
-    /// Power that a scan's likelihood is taken to. Beams of one scan err together, where the map is wrong for one more so
-    /// than for all; at 1 they count as independent, and few particles are near enough to the truth to outlive a scan.
+    /// Power that a scan's likelihood is taken to. At 1 all beams of all scans count as independent: the likelihood then has a
+    /// peak so narrow that few particles are near enough to the truth to outlive a scan. Starting anywhere in the
+    /// buildings of Freiburg and Intel (36 beams), 40,000 particles find the robot in 73 and 97 of 100 trials with 1, in 100
+    /// and 97 with 0.2, in 90 and 70 with 0.1; and 5,000 in 30 and 50 with 1, 67 and 57 with 0.2.
     pub evidence_scale: f64,
     /// Standard deviation of x and of y about a known start, in metres.
     pub start_spread_m: f64,

@@ -107,11 +107,6 @@ fn errors_on_cells_m(
     trial.iter().map(error_m).collect()
 }
 
-fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
-    let values: Vec<f64> = values.into_iter().collect();
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
 fn plenty() -> MonteCarloConfig {
     MonteCarloConfig {
         particles: 20_000,
@@ -122,22 +117,24 @@ fn plenty() -> MonteCarloConfig {
     }
 }
 
+/// On the room's second lap.
+fn trials() -> [Vec<usize>; 2] {
+    [104..134, 160..190].map(Iterator::collect)
+}
+
 #[test]
 fn from_a_known_start_it_is_as_far_off_as_the_filter_on_fine_cells() {
     let recording = test_world();
     let monte_carlo = room(&recording, plenty());
-    for trial in [104..134, 160..190] {
-        let trial: Vec<usize> = trial.collect();
+    for trial in trials() {
         let start = Some(recording.poses()[trial[0]]);
         let on_cells = errors_on_cells_m(&monte_carlo, &recording, &trial, start);
         let steps = play(&monte_carlo, &recording, &trial, start, 1);
         for ((&k, step), on_cells_m) in trial.iter().zip(&steps).zip(&on_cells) {
             let error_m = expected_error_m(step, &recording.poses()[k]);
-            println!("{k} {error_m:.3} {on_cells_m:.3}");
-            assert!(
-                (error_m - on_cells_m).abs() < 0.05,
-                "{k}: {error_m}, {on_cells_m}"
-            );
+            // A fifth of a cell; both are 0.1 m and more.
+            let agree = (error_m - on_cells_m).abs() < 0.02;
+            assert!(agree, "{k}: {error_m}, {on_cells_m}");
         }
     }
 }
@@ -146,18 +143,21 @@ fn from_a_known_start_it_is_as_far_off_as_the_filter_on_fine_cells() {
 fn from_anywhere_it_is_mostly_as_far_off_as_the_filter_on_fine_cells() {
     let recording = test_world();
     let monte_carlo = room(&recording, plenty());
-    for trial in [104..134, 160..190] {
-        let trial: Vec<usize> = trial.collect();
+    let (mut played, mut agree) = (0, 0);
+    for trial in trials() {
         let on_cells = errors_on_cells_m(&monte_carlo, &recording, &trial, None);
-        let steps = play(&monte_carlo, &recording, &trial, None, 1);
-        for ((&k, step), on_cells_m) in trial.iter().zip(&steps).zip(&on_cells) {
-            let error_m = expected_error_m(step, &recording.poses()[k]);
-            println!(
-                "{k} {error_m:.3} {on_cells_m:.3} {:.3}",
-                point_error_m(step, &recording.poses()[k])
-            );
+        assert!(on_cells[0] > 5.0 && on_cells[29] < 0.12, "{on_cells:?}");
+        for seed in 0..5 {
+            let steps = play(&monte_carlo, &recording, &trial, None, seed);
+            let error_m = |i: usize| expected_error_m(&steps[i], &recording.poses()[trial[i]]);
+            // Before particles have been drawn anew they sample the cells' belief: within 3 %.
+            let at_first = (error_m(0) / on_cells[0] - 1.0).abs() < 0.03;
+            let at_last = (20..30).all(|i| (error_m(i) - on_cells[i]).abs() < 0.03);
+            played += 1;
+            agree += usize::from(at_first && at_last);
         }
     }
+    assert!(agree >= 8, "{agree} of {played}");
 }
 
 /// The room's second lap, on which somebody carries the robot from snapshot 134 to where 175 was taken: odometry does not
@@ -184,10 +184,10 @@ fn a_kidnapped_robot_recovers_by_random_particles() {
         let monte_carlo = room(&recording, config.clone());
         let is_found = |seed: &u64| {
             let steps = play(&monte_carlo, &recording, &trial, start, *seed);
-            let last = trial.len() - 1;
-            let e = point_error_m(&steps[last], &recording.poses()[trial[last]]);
-            println!("{e:.2}");
-            point_error_m(&steps[29], &recording.poses()[trial[29]]) < 0.3 && e < 0.3
+            // When it is carried away, and at the end.
+            [29, trial.len() - 1]
+                .into_iter()
+                .all(|at| point_error_m(&steps[at], &recording.poses()[trial[at]]) < 0.3)
         };
         (0..10).filter(is_found).count()
     };
@@ -220,7 +220,6 @@ fn it_draws_fewer_particles_once_it_knows_where_it_is() {
             .unwrap();
         counts.push(robot.particles.poses().len());
     }
-    println!("{counts:?}");
     assert!(*counts.last().unwrap() < 1000, "{counts:?}");
 }
 
