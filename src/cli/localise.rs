@@ -134,7 +134,7 @@ pub(super) fn play(models: &[&Model], parts: &Parts, config: &LocaliseConfig) ->
 pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Result<()> {
     write_text(
         &folder.join("localisation.csv"),
-        &tables::table(record).csv(),
+        &tables::figures(record).csv(),
     )?;
     write_text(
         &folder.join("error_by_distance.csv"),
@@ -170,7 +170,7 @@ pub(super) fn write_text(path: &Path, text: &str) -> Result<()> {
     storage::write_file(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// A single model's figures at the top, those of several, and each baseline's, under their names.
+/// Every method's figures in the array `systems`, each with its `name`; a single model's at the top as well.
 pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
     let failed = |e: serde_json::Error| Error::work(format!("result: {e}"));
     let mut all = serde_json::json!({
@@ -182,16 +182,17 @@ pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
         "unseen_is_validation": record.unseen_is_validation,
         "timing": { "seconds": seconds },
     });
+    let mut systems = Vec::new();
     for result in &record.results {
-        let value = serde_json::to_value(result).map_err(failed)?;
-        match value {
-            serde_json::Value::Object(fields) if result.name == "learned" => {
-                for (key, field) in fields {
-                    all[key] = field;
-                }
+        let mut figures = serde_json::to_value(result).map_err(failed)?;
+        if let (true, Some(fields)) = (result.name == "learned", figures.as_object()) {
+            for (key, field) in fields {
+                all[key] = field.clone();
             }
-            other => all[&result.name] = other,
         }
+        figures["name"] = result.name.clone().into();
+        systems.push(figures);
     }
+    all["systems"] = systems.into();
     Ok(all)
 }

@@ -155,6 +155,45 @@ pub fn error_curve(
     rows
 }
 
+/// A share of some trials or snapshots, with its 95 % interval by bootstrap over what each came from (a run, a stretch); no
+/// interval where all came from one. Of nothing there is no share.
+pub fn share(
+    of: &[(usize, bool)],
+    resamples: usize,
+    seed: Seed,
+) -> Option<(f64, Option<[f64; 2]>)> {
+    let mut units: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
+    for &(unit, is_so) in of {
+        let counts = units.entry(unit).or_default();
+        counts.0 += usize::from(is_so);
+        counts.1 += 1;
+    }
+    let counts: Vec<(usize, usize)> = units.into_values().collect();
+    let ratio = |draw: &mut dyn Iterator<Item = (usize, usize)>| {
+        let (so, all) = draw.fold((0, 0), |sum, c| (sum.0 + c.0, sum.1 + c.1));
+        so as f64 / all as f64
+    };
+    if counts.is_empty() {
+        return None;
+    }
+    let mut random = seed.stream("bootstrap of shares");
+    let mut drawn: Vec<f64> = (0..resamples)
+        .map(|_| {
+            let mut draw = (0..counts.len()).map(|_| counts[random.random_range(0..counts.len())]);
+            ratio(&mut draw)
+        })
+        .collect();
+    drawn.sort_by(f64::total_cmp);
+    let quantile = |q: f64| drawn.get(((drawn.len() as f64 - 1.0) * q).round() as usize);
+    let interval = quantile(0.025).zip(quantile(0.975));
+    Some((
+        ratio(&mut counts.iter().copied()),
+        interval
+            .filter(|_| counts.len() > 1)
+            .map(|(&low, &high)| [low, high]),
+    ))
+}
+
 /// First row at which the mean curve is under 1 m; `None` where it never is.
 pub fn mean_below_1m(curve: &[Row]) -> Option<&Row> {
     let mut rows = curve.iter();
@@ -213,6 +252,18 @@ mod tests {
         assert_eq!(median_distance_m(&[Some(2.0), None, None, None]), None);
         assert_eq!(median_distance_m(&[Some(2.0), Some(3.0)]), Some(2.5));
         assert_eq!(median_distance_m(&[]), None);
+    }
+
+    #[test]
+    fn a_share_has_an_interval_over_what_its_trials_came_from() {
+        let of = |units: usize| -> Vec<(usize, bool)> {
+            (0..40).map(|i| (i % units, i % units == 0)).collect()
+        };
+        assert_eq!(share(&[], 100, Seed(1)), None);
+        assert_eq!(share(&of(1), 100, Seed(1)), Some((1.0, None)));
+        let (half, interval) = share(&of(2), 1000, Seed(1)).unwrap();
+        // Two runs, one all right and one all wrong: forty trials are no forty pieces of evidence.
+        assert_eq!((half, interval), (0.5, Some([0.0, 1.0])));
     }
 
     #[test]

@@ -1,8 +1,124 @@
 //! How sharply answers count: constants of a likelihood, chosen on the validation part and never on what is judged.
+//!
+//! Readings of one snapshot are not independent of each other, nor are snapshots of one place. So every method's evidence
+//! has a power ([`EvidenceScale`]), the same way for all: the one under which the Bayes filter, run over whole sequences of
+//! the validation part, gives the truth the least negative log likelihood.
 
-use super::held_out::by_kernel;
-use crate::belief::{Places, Uncertainty};
+use super::{
+    held_out::{by_kernel, by_likelihood},
+    trials::Trial,
+};
+use crate::{
+    belief::{Belief, Grid, OdometryMotion, Places, Uncertainty},
+    error::Result,
+    localiser::{
+        BayesLocaliser, PreparedSensorModel,
+        sensor_model::{EvidenceScale, Scaled},
+    },
+    recording::Recording,
+    seed::Seed,
+};
 use ndarray::ArrayView2;
+use rayon::prelude::*;
+use std::{f64::consts::SQRT_2, sync::Arc};
+
+/// Powers that evidence is tuned over.
+pub const SCALES: [f64; 9] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625];
+
+/// Least likelihood of the truth that counts: one that lies between cells is no catastrophe.
+const LEAST: f64 = 1e-9;
+
+/// Sequences of the validation part, and the filter that runs over them.
+pub struct Sequences<'a> {
+    /// Holds the validation part.
+    pub recording: &'a Recording,
+    /// Its places.
+    pub places: &'a Places,
+    /// Where each sequence starts, and the snapshots taken on its way.
+    pub trials: &'a [Trial],
+    /// Cells of the filter.
+    pub grid: &'a Arc<Grid>,
+    /// What it believes of odometry.
+    pub motion: &'a OdometryMotion,
+}
+
+impl Sequences<'_> {
+    /// Mean −ln Bel(ξ) of the true place over all sequences, each from a start anywhere, in nats a snapshot; snapshots off
+    /// the grid don't count.
+    ///
+    /// # Errors
+    /// Where the sensor model fails.
+    pub fn negative_log_likelihood(
+        &self,
+        sensor: &dyn PreparedSensorModel,
+        scale: EvidenceScale,
+        seed: Seed,
+    ) -> Result<f64> {
+        let sensor = Scaled::new(sensor, scale);
+        let of_trial = |(number, trial): (usize, &Trial)| -> Result<(f64, usize)> {
+            let start = Belief::uniform(self.grid.places())?;
+            let stream = seed.numbered_stream("evidence tuning", number as u64);
+            let mut robot =
+                BayesLocaliser::new(self.grid, self.motion, start, Some(&sensor), stream)?;
+            let (mut sum, mut count) = (0.0, 0);
+            for &k in &trial.snapshots {
+                let belief = robot.observe(k, &self.recording.observation(k))?;
+                if let Some(cell) = self.grid.cell_at(self.places, k) {
+                    sum -= belief.mass()[cell].max(LEAST).ln();
+                    count += 1;
+                }
+            }
+            Ok((sum, count))
+        };
+        let each = self.trials.par_iter().enumerate().map(of_trial);
+        let each = each.collect::<Result<Vec<_>>>()?;
+        let (sum, count) = each.iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        Ok(sum / count.max(1) as f64)
+    }
+
+    /// The power of least negative log likelihood: among [`SCALES`], and then half an octave to either side of the best.
+    ///
+    /// # Errors
+    /// Where the sensor model fails.
+    pub fn tuned(&self, sensor: &dyn PreparedSensorModel, seed: Seed) -> Result<f64> {
+        let mut best = (1.0, f64::INFINITY);
+        let mut try_all = |scales: &[f64]| -> Result<f64> {
+            for &scale in scales {
+                let nats = self.negative_log_likelihood(sensor, EvidenceScale::of(scale), seed)?;
+                if nats < best.1 {
+                    best = (scale, nats);
+                }
+            }
+            Ok(best.0)
+        };
+        let coarse = try_all(&SCALES)?;
+        try_all(&[coarse * SQRT_2, coarse / SQRT_2])
+    }
+}
+
+/// The power among [`SCALES`] under which single snapshots of the validation part leave least error, for figures of single
+/// snapshots; 1 where nothing can be validated. `log_likelihood(row)` is ln P(s | candidate) for validation place `row`.
+pub fn tuned_power(
+    uncertainty: Uncertainty,
+    validation: &Places,
+    candidates: &Places,
+    log_likelihood: impl Fn(usize) -> Vec<f64> + Sync,
+) -> (f64, f64) {
+    let mut best = (1.0, f64::INFINITY);
+    if !validation.is_empty() {
+        for power in SCALES {
+            let score = by_likelihood(uncertainty, validation, candidates, |row| {
+                let mut l = log_likelihood(row);
+                l.iter_mut().for_each(|l| *l *= power);
+                l
+            });
+            if score.posterior_error_m < best.1 {
+                best = (power, score.posterior_error_m);
+            }
+        }
+    }
+    best
+}
 
 /// Bandwidths h that the kernel is tuned over, in units of the inputs' deviation.
 const BANDWIDTHS: [f64; 10] = [0.01, 0.02, 0.04, 0.08, 0.12, 0.16, 0.24, 0.32, 0.64, 1.28];

@@ -104,21 +104,26 @@ impl Queries {
         let bandwidth = tuned(Uncertainty::Global);
         let chance = model.header.recipe.map.unmodelled_probability;
         let values: usize = views.iter().map(Array2::ncols).sum();
-        let sensor = PreparedKernel::new(
-            parts.unseen.clone(),
-            square,
-            Arc::clone(&context.cells),
-            bandwidth,
-            chance,
-        );
+        let prepared = |snapshots: &[usize], square| {
+            let cells = Arc::clone(&context.cells);
+            PreparedKernel::new(snapshots.to_vec(), square, cells, bandwidth, chance)
+        };
+        let sensor = prepared(&parts.unseen, square);
+        let of_validation = self.of_source.select(Axis(0), &source.validation);
+        let square = least_mean_squares(of_validation.view(), views);
+        let on_validation = prepared(&source.validation, square);
         Ok(Method {
             name: "kernel".into(),
             title: "raw-scan kernel".into(),
             bandwidth: Some(bandwidth),
             bytes_per_place: Some(size_of::<f32>() * values),
+            other_bytes: 0,
             motion: None,
+            evidence_scale: None,
+            usual_scale: 1.0,
+            validation: Some(Arc::new(on_validation)),
             held_out,
-            answers: AnswersBy::PreparedSensor(Box::new(sensor)),
+            answers: AnswersBy::PreparedSensor(Arc::new(sensor)),
         })
     }
 

@@ -2,7 +2,10 @@
 
 use super::{
     kernels::kernels,
-    methods::{Method, MethodContext},
+    maps::likelihood_field,
+    methods::{FeatureAnswers, Method, MethodContext},
+    product::product,
+    sequences::evidence_scale,
 };
 use crate::{
     belief::{Evidence, FeatureMap, Uncertainty},
@@ -27,6 +30,11 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
     }
     if context.parts.source.is_some() {
         let n = context.model().features();
+        if let Some(mut map) = likelihood_field(context)? {
+            let products = with_learned(context, &mut all, &mut map, "map")?;
+            all.extend(products);
+            all.push(map);
+        }
         all.extend(kernels(context)?);
         if n != WIDE_BITS {
             all.push(random_bits(context, n, context.evidence(n), "random_bits")?);
@@ -34,8 +42,35 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
         let (evidence, name) = (Evidence::MeanField, "random_bits_64");
         all.push(random_bits(context, WIDE_BITS, evidence, name)?);
     }
-    all.push(context.odometry("odometry_only", "odometry alone"));
+    all.push(context.odometry("odometry", "odometry alone"));
     Ok(all)
+}
+
+/// Every model's learned features together with another method's sensor model, which titles call `short`.
+fn with_learned<'a>(
+    context: &MethodContext<'a>,
+    learned: &mut [Method<'a>],
+    other: &mut Method<'a>,
+    short: &str,
+) -> Result<Vec<Method<'a>>> {
+    // Tuned here, or the products and the trials would each do it again.
+    let tune = |method: &mut Method<'a>| -> Result<()> {
+        method.evidence_scale = evidence_scale(method, context)?.map(|tuned| tuned.scale);
+        Ok(())
+    };
+    tune(other)?;
+    // The methods of each model: as they are, and rounded to bits.
+    let soft = learned.iter_mut().step_by(2);
+    let products = soft.map(|soft| {
+        tune(soft)?;
+        let (name, title) = (
+            format!("{}+{}", soft.name, other.name),
+            format!("{} + {short}", soft.title),
+        );
+        product(context, &name, &title, &[soft, other])
+    });
+    let products = products.collect::<Result<Vec<_>>>()?;
+    Ok(products.into_iter().flatten().collect())
 }
 
 /// What follows the name and the title of a model's rows.
@@ -85,14 +120,25 @@ fn learned<'a>(
     labels: &Labels,
 ) -> Result<[Method<'a>; 2]> {
     let n = model.features();
-    let answers = model.detector().probabilities(context.parts.run)?;
+    let detector = model.detector();
+    let source = context.parts.source.as_ref();
+    let answers = FeatureAnswers {
+        run: detector.probabilities(context.parts.run)?,
+        source: source
+            .map(|source| detector.probabilities(&source.recording))
+            .transpose()?,
+    };
     let bits = |features: &Array2<f32>| features.mapv(f32::round);
     let map_of_bits = FeatureMap::new(
         model.places(),
         bits(&model.activation).mapv(f64::from),
         model.header.recipe.map.clone(),
     )?;
-    let rounded = (bits(&answers), map_of_bits, Evidence::MeanField);
+    let answers_in_bits = FeatureAnswers {
+        run: bits(&answers.run),
+        source: answers.source.as_ref().map(bits),
+    };
+    let rounded = (answers_in_bits, map_of_bits, Evidence::MeanField);
     let title = match labels.title.is_empty() {
         true => format!("{n} learned features"),
         false => format!("{n} learned{}", labels.title),
@@ -110,8 +156,11 @@ fn learned<'a>(
         rounded,
     )?;
     let motion = Some(model.header.motion.clone());
+    let layers = model.weights.layers.iter();
+    let numbers: usize = layers.map(|l| l.weight.len() + l.bias.len()).sum();
     Ok([soft, rounded].map(|method| Method {
         motion: motion.clone(),
+        other_bytes: numbers * size_of::<f32>(),
         ..method
     }))
 }

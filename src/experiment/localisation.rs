@@ -3,18 +3,25 @@
 pub use super::localise_config::LocaliseConfig;
 
 use super::{
-    convergence::{Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m},
+    convergence::{
+        Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m, share,
+    },
     line_up::line_up,
     methods::{AnswersBy, Method, MethodContext},
     parts::Parts,
-    trials::{self, Trial, TrialSampling},
+    recall::{Recalled, recall},
+    sequences::{drawn, evidence_scale, motion},
+    trials::Trial,
 };
 use crate::{
-    belief::{Belief, Neighbours, OdometryMotion, Uncertainty},
+    belief::{Belief, OdometryMotion, Places, Uncertainty},
     error::{Error, Result},
     geometry::Pose,
     learning::error_reduction::ErrorReduction,
-    localiser::{BayesLocaliser, Estimate, Localiser, PreparedSensorModel, Step},
+    localiser::{
+        BayesLocaliser, Estimate, Localiser, PreparedSensorModel, Step,
+        sensor_model::{EvidenceScale, Scaled},
+    },
     model::Model,
     seed::Stream,
 };
@@ -28,6 +35,8 @@ use std::collections::BTreeSet;
 pub struct TrialSummary {
     /// Share of the trials that converged.
     pub converged_fraction: f64,
+    /// Its 95 % interval, by bootstrap over runs or stretches; null where there is only one.
+    pub converged_fraction_ci95: Option<[f64; 2]>,
     /// Median distance to converge over all trials; null where fewer than half did.
     pub distance_to_converge_m: Option<f64>,
     /// Distance at which the mean curve passes 1 m.
@@ -52,8 +61,29 @@ pub struct MethodResult {
     /// Of a kernel, in deviations of the inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<f64>,
+    /// Power of its evidence, tuned on sequences of the validation part; null where it is taken at its word.
+    pub evidence_scale: Option<f64>,
     /// What the map keeps of a place besides its pose, in bytes; null where there is no map.
     pub bytes_per_place: Option<usize>,
+    /// What has to be on the robot, in bytes: places with their poses, networks, map; null where it is nothing.
+    pub robot_bytes: Option<usize>,
+    /// Share of unseen snapshots after each of which, with no idea before, the likeliest place of the whole grid is within 1 m
+    /// of the truth; null where the method is no sensor model.
+    pub recall_1m: Option<f64>,
+    /// Its 95 % interval, by bootstrap over runs or pieces of the way.
+    pub recall_1m_ci95: Option<[f64; 2]>,
+    /// The same within 0.5 m.
+    pub recall_05m: Option<f64>,
+    /// Its interval.
+    pub recall_05m_ci95: Option<[f64; 2]>,
+    /// Mean expected error after 10 m from a start anywhere, in metres; null where no trial goes so far.
+    pub error_at_10m_m: Option<f64>,
+    /// Its 95 % interval.
+    pub error_at_10m_m_ci95: Option<[f64; 2]>,
+    /// The same from a known start.
+    pub tracked_error_m: Option<f64>,
+    /// Its 95 % interval.
+    pub tracked_error_m_ci95: Option<[f64; 2]>,
     /// Trials that start anywhere.
     #[serde(flatten)]
     pub global: TrialSummary,
@@ -61,6 +91,17 @@ pub struct MethodResult {
     pub tracking: TrialSummary,
     /// One snapshot's error reduction on the unseen part, one a prior.
     pub held_out: Vec<HeldOut>,
+}
+
+/// Distance at which mean errors are reported, in metres.
+pub const REPORTED_AT_M: f64 = 10.0;
+
+impl TrialSummary {
+    /// The mean errors after [`REPORTED_AT_M`]; none where no trial goes so far.
+    pub fn reported(&self) -> Option<&Row> {
+        let mut rows = self.error_by_distance.iter();
+        rows.find(|row| row.distance_m >= REPORTED_AT_M - 1e-9)
+    }
 }
 
 /// One snapshot's error reduction under a prior.
@@ -148,19 +189,39 @@ pub fn play(
             all,
             next: &method.title,
         });
+        let named = |e: Error| e.context(&method.name);
+        let scale = evidence_scale(&method, context).map_err(named)?;
         let play = |known_start: bool| {
-            let summary = summary(&method, &trials, context, known_start);
-            summary.map_err(|e| e.context(&method.name))
+            summary(&method, &trials, context, scale, known_start).map_err(named)
         };
         let (global, tracking) = (play(false)?, play(true)?);
+        let recalled = recalled(&method, context, scale).map_err(named)?;
+        let within = |metres: f64| {
+            let hits: Vec<(usize, bool)> = recalled
+                .iter()
+                .map(|snapshot| (snapshot.unit, snapshot.error_m <= metres))
+                .collect();
+            share(&hits, context.config.resamples, context.seed())
+        };
+        let (recall_1m, recall_05m) = (within(1.0), within(0.5));
         let scores = context.priors.iter().zip(&method.held_out);
         results.push(MethodResult {
             held_out: scores
                 .map(|(&prior, &score)| HeldOut { prior, score })
                 .collect(),
+            robot_bytes: robot_bytes(&method, context),
+            recall_1m: recall_1m.map(|share| share.0),
+            recall_1m_ci95: recall_1m.and_then(|share| share.1),
+            recall_05m: recall_05m.map(|share| share.0),
+            recall_05m_ci95: recall_05m.and_then(|share| share.1),
+            error_at_10m_m: global.reported().map(|row| row.expected_error_m),
+            error_at_10m_m_ci95: global.reported().and_then(|row| row.ci95_m),
+            tracked_error_m: tracking.reported().map(|row| row.expected_error_m),
+            tracked_error_m_ci95: tracking.reported().and_then(|row| row.ci95_m),
             name: method.name,
             title: method.title,
             bandwidth: method.bandwidth,
+            evidence_scale: scale.map(|scale| scale.scale),
             bytes_per_place: method.bytes_per_place,
             global,
             tracking,
@@ -179,30 +240,55 @@ pub fn play(
     })
 }
 
-/// The trials that everybody plays.
-fn drawn(context: &MethodContext) -> Result<Vec<Trial>> {
-    let (model, parts, config) = (context.model(), context.parts, context.config);
-    let nearness = &model.header.recipe.map.nearness;
-    let near = Neighbours::find(&model.places(), &parts.places, nearness)?;
-    let is_mapped = |k: usize| near.is_mapped(k);
-    let stretches = trials::stretches(parts.run, &parts.unseen, is_mapped, config.longest_gap_m);
-    let sampling = TrialSampling {
-        count: config.trials,
-        spacing_m: config.spacing_m,
-        shortest_m: config.shortest_m,
-        longest_m: config.longest_m,
+/// What single snapshots say of the place; nothing of a method that is no sensor model.
+fn recalled(
+    method: &Method,
+    context: &MethodContext,
+    scale: Option<EvidenceScale>,
+) -> Result<Vec<Recalled>> {
+    let Some(scale) = scale else {
+        return Ok(Vec::new());
     };
-    trials::draw(parts.run, &stretches, &sampling, context.seed())
+    let ask = |sensor: &dyn PreparedSensorModel| recall(context, &Scaled::new(sensor, scale));
+    match &method.answers {
+        AnswersBy::Odometry | AnswersBy::Localiser(_) => Ok(Vec::new()),
+        AnswersBy::PreparedSensor(prepared) => ask(prepared.as_ref()),
+        AnswersBy::Sensor(model) => ask(model
+            .prepare(context.parts.run, &context.parts.unseen)?
+            .as_ref()),
+    }
+}
+
+/// A pose as a robot holds it: three numbers in single precision; along a route one.
+fn robot_bytes(method: &Method, context: &MethodContext) -> Option<usize> {
+    let places = context.model().places();
+    let numbers = match places {
+        Places::Route(_) => 1,
+        Places::Plane(_) => 3,
+    };
+    let of_place = |bytes: usize| places.len() * (bytes + numbers * size_of::<f32>());
+    let all = method.other_bytes + method.bytes_per_place.map_or(0, of_place);
+    (all > 0).then_some(all)
 }
 
 fn summary(
     method: &Method,
     trials: &[Trial],
     context: &MethodContext,
+    scale: Option<EvidenceScale>,
     known_start: bool,
 ) -> Result<TrialSummary> {
-    let sensor = |sensor| {
-        let filter = Filter::new(method, context, sensor, known_start);
+    let sensor = |sensor: Option<&dyn PreparedSensorModel>| {
+        let scaled = match (sensor, scale) {
+            (Some(sensor), Some(scale)) => Some(Scaled::new(sensor, scale)),
+            _ => None,
+        };
+        let filter = Filter {
+            context,
+            sensor: scaled.as_ref().map(|s| s as &dyn PreparedSensorModel),
+            motion: motion(method, context),
+            known_start,
+        };
         played(trials, |t, trial| filter.answers(t, trial))
     };
     let answers = match &method.answers {
@@ -225,8 +311,12 @@ fn summary(
     let (spacing_m, resamples) = (config.spacing_m, config.resamples);
     let error_by_distance = error_curve(trials, &answers, spacing_m, resamples, context.seed());
     let below_1m = mean_below_1m(&error_by_distance);
+    let units = trials.iter().map(|trial| trial.unit);
+    let found: Vec<(usize, bool)> = units.zip(converged.iter().map(Option::is_some)).collect();
+    let found = share(&found, resamples, context.seed());
     Ok(TrialSummary {
-        converged_fraction: converged.iter().flatten().count() as f64 / trials.len() as f64,
+        converged_fraction: found.map_or(0.0, |found| found.0),
+        converged_fraction_ci95: found.and_then(|found| found.1),
         distance_to_converge_m: median_distance_m(&converged),
         mean_error_below_1m_at_m: below_1m.map(|row| row.distance_m),
         mean_error_below_1m_trials: below_1m.map(|row| row.trials),
@@ -252,23 +342,7 @@ struct Filter<'a> {
     known_start: bool,
 }
 
-impl<'a> Filter<'a> {
-    fn new(
-        method: &'a Method,
-        context: &'a MethodContext,
-        sensor: Option<&'a dyn PreparedSensorModel>,
-        known_start: bool,
-    ) -> Self {
-        let own = method.motion.as_ref();
-        let motion = own.unwrap_or(&context.model().header.motion);
-        Self {
-            context,
-            sensor,
-            motion: context.config.motion.as_ref().unwrap_or(motion),
-            known_start,
-        }
-    }
-
+impl Filter<'_> {
     fn answers(&self, number: usize, trial: &Trial) -> Result<Answers> {
         let (parts, grid, config) = (self.context.parts, &self.context.grid, self.context.config);
         let start = if self.known_start {

@@ -2,7 +2,7 @@
 //! recognisers and whole localisers, built-in or of one's own.
 
 use super::{
-    held_out,
+    evidence_tuning, held_out,
     localise_config::LocaliseConfig,
     parts::{Parts, TrainingSource},
 };
@@ -10,7 +10,7 @@ use crate::{
     belief::{Belief, Evidence, FeatureMap, Grid, Neighbours, OdometryMotion, Places, Uncertainty},
     detector::Detector,
     error::{Error, Result},
-    learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES},
+    learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES, training_set::covered},
     localiser::{
         Localiser, PreparedSensorModel, SensorModel, responses::ResponseModel,
         sensor_model::PreparedFeatures,
@@ -20,7 +20,8 @@ use crate::{
     seed::Seed,
 };
 use ndarray::{Array2, Axis};
-use std::{collections::HashMap, sync::Arc};
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Someone who can be asked where the robot is.
 pub struct Method<'a> {
@@ -32,8 +33,17 @@ pub struct Method<'a> {
     pub bandwidth: Option<f64>,
     /// What the map keeps of a place besides its pose, in bytes.
     pub bytes_per_place: Option<usize>,
+    /// What the robot must hold besides the places: networks, or a map that is none of places. In bytes.
+    pub other_bytes: usize,
     /// What the filter believes of odometry, where the configuration names nothing; `None`: as the first model learned.
     pub motion: Option<OdometryMotion>,
+    /// Power of its evidence, where it is known; `None`: it is tuned.
+    pub evidence_scale: Option<f64>,
+    /// Power of its evidence, where no sequence of the validation part is there to tune it on.
+    pub usual_scale: f64,
+    /// The sensor model prepared for the validation part of what the models learned from, where it is one that is prepared
+    /// for the unseen part: its evidence is tuned there. Without it the evidence counts as usual.
+    pub validation: Option<Arc<dyn PreparedSensorModel + 'a>>,
     /// Error reduction of one snapshot on the unseen part, one a prior of [`MethodContext::priors`]; empty where it is not
     /// known.
     pub held_out: Vec<ErrorReduction>,
@@ -46,12 +56,24 @@ pub enum AnswersBy<'a> {
     /// The grid Bayes filter by odometry alone.
     Odometry,
     /// The filter with a sensor model.
-    Sensor(Box<dyn SensorModel + 'a>),
+    Sensor(Arc<dyn SensorModel + 'a>),
     /// The filter with a sensor model that is prepared for the unseen part of the run.
-    PreparedSensor(Box<dyn PreparedSensorModel + 'a>),
+    PreparedSensor(Arc<dyn PreparedSensorModel + 'a>),
     /// Anybody who answers with places in the plane.
     Localiser(Box<dyn Localiser + 'a>),
 }
+
+/// What features are in snapshots, `[snapshot, feature]`.
+#[derive(Debug, Clone)]
+pub struct FeatureAnswers {
+    /// In all of the run.
+    pub run: Array2<f32>,
+    /// In all that the models learned from, where it is at hand.
+    pub source: Option<Array2<f32>>,
+}
+
+/// Snapshots of the validation part that are enough to choose a power by.
+const MAX_VALIDATED: usize = 300;
 
 /// Everything that does not depend on the method, and what makes methods.
 ///
@@ -161,14 +183,14 @@ impl<'a> MethodContext<'a> {
     }
 
     /// The filter with a sensor model that answers for the cells of [`grid`](Self::grid). Its error reduction by one snapshot is
-    /// not known.
+    /// not known; [`judged_sensor_model`](Self::judged_sensor_model) finds it.
     pub fn sensor_model(
         &self,
         name: &str,
         title: &str,
         sensor: Box<dyn SensorModel + 'a>,
     ) -> Method<'a> {
-        method(name, title, None, AnswersBy::Sensor(sensor))
+        method(name, title, None, AnswersBy::Sensor(sensor.into()))
     }
 
     /// A localiser that has learned. It must answer with places in the plane; where it has no posterior it counts as sure of
@@ -194,22 +216,25 @@ impl<'a> MethodContext<'a> {
         self.features(name, title, size_of::<f32>() * n, (answers, map, evidence))
     }
 
-    /// What a detector answers on the run, `[snapshot, feature]`, and its map of the training part.
+    /// What a detector answers on the run and on what the models learned from, and its map of the training part.
     ///
     /// # Errors
     /// As [`MethodContext::detector`].
-    pub fn mapped(&self, detector: &dyn Detector) -> Result<(Array2<f32>, FeatureMap)> {
+    pub fn mapped(&self, detector: &dyn Detector) -> Result<(FeatureAnswers, FeatureMap)> {
         let source = self.source()?;
-        let training = detector
-            .probabilities(&source.recording)?
-            .select(Axis(0), &source.training);
+        let on_source = detector.probabilities(&source.recording)?;
+        let training = on_source.select(Axis(0), &source.training);
         let map = self.model().header.recipe.map.clone();
         let map = FeatureMap::new(self.model().places(), training.mapv(f64::from), map)?;
-        Ok((detector.probabilities(self.parts.run)?, map))
+        let answers = FeatureAnswers {
+            run: detector.probabilities(self.parts.run)?,
+            source: Some(on_source),
+        };
+        Ok((answers, map))
     }
 
-    /// The filter with features: what they are on the run `[snapshot, feature]`, their map, and how they are held against it;
-    /// `bytes_per_place` is what the map keeps of a place.
+    /// The filter with features: what they are, their map, and how they are held against it; `bytes_per_place` is what the map
+    /// keeps of a place.
     ///
     /// # Errors
     /// Where the map is not one of the first model's places.
@@ -218,18 +243,21 @@ impl<'a> MethodContext<'a> {
         name: &str,
         title: &str,
         bytes_per_place: usize,
-        (answers, map, evidence): (Array2<f32>, FeatureMap, Evidence),
+        (answers, map, evidence): (FeatureAnswers, FeatureMap, Evidence),
     ) -> Result<Method<'a>> {
-        let held_out = self.judge(&answers, &map, evidence)?;
+        let held_out = self.judge(&answers.run, &map, evidence)?;
         let map = Arc::new(map.from_neighbours(&self.cells)?);
-        let sensor = PreparedFeatures::new(&answers, map, evidence);
+        let sensor = PreparedFeatures::new(&answers.run, Arc::clone(&map), evidence);
+        let on_source = |source| PreparedFeatures::new(source, map, evidence);
+        let validation = answers.source.as_ref().map(on_source);
         Ok(Method {
             held_out,
+            validation: validation.map(|v| Arc::new(v) as Arc<dyn PreparedSensorModel>),
             ..method(
                 name,
                 title,
                 Some(bytes_per_place),
-                AnswersBy::PreparedSensor(Box::new(sensor)),
+                AnswersBy::PreparedSensor(Arc::new(sensor)),
             )
         })
     }
@@ -257,33 +285,91 @@ impl<'a> MethodContext<'a> {
         let places = Arc::new(self.model().places());
         let near = Neighbours::find(&places, &places, &map.nearness)?;
         let alone = ResponseModel::new(recogniser, classes, Arc::new(near), chance)?;
-        let anywhere = Belief::uniform(&places)?;
-        let prepared = alone.prepare(self.parts.run, &self.parts.unseen)?;
-        let mut unused = self.seed().stream("not drawn from");
-        let mut log_likelihood: HashMap<usize, Vec<f64>> = HashMap::new();
-        for &k in &self.parts.covered(self.model()) {
-            let answer = prepared.log_likelihood(k, &anywhere, &mut unused)?;
-            log_likelihood.insert(k, answer);
-        }
-        let held_out = self.on_counted(|prior, truths| {
-            let at = self.parts.places.select(truths);
-            Ok(held_out::by_likelihood(prior, &at, &places, |truth| {
-                let known = log_likelihood.get(&truths[truth]);
-                known.cloned().unwrap_or_else(|| vec![0.0; places.len()])
-            }))
-        })?;
-        drop(prepared);
-
+        let held_out = self.held_out(&alone)?;
         let sensor = alone.at_cells(Arc::clone(&self.cells))?;
+        let bytes = Some(size_of::<usize>());
         Ok(Method {
             held_out,
-            ..method(
-                name,
-                title,
-                Some(size_of::<usize>()),
-                AnswersBy::Sensor(Box::new(sensor)),
-            )
+            ..method(name, title, bytes, AnswersBy::Sensor(Arc::new(sensor)))
         })
+    }
+
+    /// The filter with a sensor model of one's own, given twice: `alone` answers for the training places
+    /// ([`Model::places`]), from which its figures for single snapshots are found; `at_cells` for the cells of
+    /// [`grid`](Self::grid).
+    ///
+    /// # Errors
+    /// Where the training part is not at hand, or a sensor model fails.
+    pub fn judged_sensor_model(
+        &self,
+        name: &str,
+        title: &str,
+        alone: &dyn SensorModel,
+        at_cells: Box<dyn SensorModel + 'a>,
+    ) -> Result<Method<'a>> {
+        Ok(Method {
+            held_out: self.held_out(alone)?,
+            ..method(name, title, None, AnswersBy::Sensor(at_cells.into()))
+        })
+    }
+
+    /// Single-snapshot error reductions of a sensor model that answers for the training places, under every prior. The power
+    /// of its evidence is that of least error on the validation part.
+    fn held_out(&self, alone: &dyn SensorModel) -> Result<Vec<ErrorReduction>> {
+        let places = Arc::new(self.model().places());
+        let anywhere = Belief::uniform(&places)?;
+        let covered = self.parts.covered(self.model());
+        let on_run = alone.prepare(self.parts.run, &covered)?;
+        // A failure is the same for all snapshots: asked once, then not expected.
+        let ask = |prepared: &dyn PreparedSensorModel, k: usize| {
+            let mut unused = self.seed().stream("not drawn from");
+            prepared.log_likelihood(k, &anywhere, &mut unused)
+        };
+        if let Some(&first) = covered.first() {
+            ask(on_run.as_ref(), first)?;
+        }
+        let or_flat = |l: Result<Vec<f64>>| l.unwrap_or_else(|_| vec![0.0; places.len()]);
+        let powers = self.validated_powers(alone, |prepared, k| or_flat(ask(prepared, k)))?;
+        let mut powers = powers.into_iter();
+        self.on_counted(|prior, truths| {
+            let power = powers.next().unwrap_or(1.0);
+            let at = self.parts.places.select(truths);
+            Ok(held_out::by_likelihood(prior, &at, &places, |truth| {
+                let mut l = or_flat(ask(on_run.as_ref(), truths[truth]));
+                l.iter_mut().for_each(|l| *l *= power);
+                l
+            }))
+        })
+    }
+
+    /// Of every prior, the power of least error on the validation part, of which some hundreds of snapshots are enough.
+    fn validated_powers(
+        &self,
+        alone: &dyn SensorModel,
+        ask: impl Fn(&dyn PreparedSensorModel, usize) -> Vec<f64> + Sync,
+    ) -> Result<Vec<f64>> {
+        let source = self.source()?;
+        let (candidates, all) = (self.model().places(), Places::of(&source.recording));
+        let validation = covered(&all, &source.validation, &candidates);
+        let every = validation.len().div_ceil(MAX_VALIDATED).max(1);
+        let some: Vec<usize> = validation.into_iter().step_by(every).collect();
+        let prepared = alone.prepare(&source.recording, &some)?;
+        let known: Vec<Vec<f64>> = some
+            .par_iter()
+            .map(|&k| ask(prepared.as_ref(), k))
+            .collect();
+        let of_prior = |&prior: &Uncertainty| {
+            let counted = held_out::counted(prior, &all, &some, &candidates);
+            let rows: Vec<usize> = (0..some.len())
+                .filter(|&row| counted.contains(&some[row]))
+                .collect();
+            let truths = all.select(&counted);
+            let tuned = evidence_tuning::tuned_power(prior, &truths, &candidates, |row| {
+                known[rows[row]].clone()
+            });
+            tuned.0
+        };
+        Ok(self.priors.iter().map(of_prior).collect())
     }
 
     /// Single-snapshot error reductions of features under every prior: by mean field where that is the evidence, else by the
@@ -310,7 +396,7 @@ impl<'a> MethodContext<'a> {
     /// `score` of every prior and the unseen snapshots that count under it.
     pub(super) fn on_counted(
         &self,
-        score: impl Fn(Uncertainty, &[usize]) -> Result<ErrorReduction>,
+        mut score: impl FnMut(Uncertainty, &[usize]) -> Result<ErrorReduction>,
     ) -> Result<Vec<ErrorReduction>> {
         let covered = self.parts.covered(self.model());
         let candidates: Places = self.model().places();
@@ -322,7 +408,8 @@ impl<'a> MethodContext<'a> {
     }
 }
 
-fn method<'a>(
+/// A method of which nothing else is known.
+pub(super) fn method<'a>(
     name: &str,
     title: &str,
     bytes_per_place: Option<usize>,
@@ -333,6 +420,10 @@ fn method<'a>(
         title: title.into(),
         bandwidth: None,
         bytes_per_place,
+        other_bytes: 0,
+        evidence_scale: None,
+        usual_scale: 1.0,
+        validation: None,
         motion: None,
         held_out: Vec::new(),
         answers,

@@ -2,15 +2,10 @@
 
 use super::{Cell, Curve, Table, line_plot};
 use crate::{
+    belief::Uncertainty,
     error::Result,
-    experiment::{
-        convergence::Row,
-        localisation::{MethodResult, Record, TrialSummary},
-    },
+    experiment::localisation::{MethodResult, Record},
 };
-
-/// Distances at which the table shows the mean expected error, in metres.
-const SHOWN_AT_M: f64 = 10.0;
 
 /// One row a method.
 pub fn table(record: &Record) -> Table {
@@ -20,12 +15,12 @@ pub fn table(record: &Record) -> Table {
     headers.extend(priors.iter().map(reduction));
     headers.extend(
         [
+            "recall %",
             "found %",
             "after m",
-            "<1m at m",
             "error m",
             "tracked m",
-            "bytes",
+            "kB",
         ]
         .map(String::from),
     );
@@ -40,18 +35,12 @@ pub fn table(record: &Record) -> Table {
                 .map(|h| 100.0 * h.score.error_reduction);
             row.push(Cell::number(reduction, 1));
         }
+        row.push(Cell::number(result.recall_1m.map(|share| 100.0 * share), 0));
         let global = &result.global;
         row.push(Cell::Number(100.0 * global.converged_fraction, 0));
         row.push(Cell::number(global.distance_to_converge_m, 1));
-        row.push(match global.mean_error_below_1m_at_m {
-            Some(distance_m) if global.mean_error_below_1m_is_uncertain => {
-                is_marked = true;
-                Cell::Uncertain(distance_m, 1)
-            }
-            distance_m => Cell::number(distance_m, 1),
-        });
         for summary in [global, &result.tracking] {
-            let at = error_at(summary, SHOWN_AT_M);
+            let at = summary.reported();
             row.push(match at {
                 Some(at) if at.is_uncertain() => {
                     is_marked = true;
@@ -60,8 +49,8 @@ pub fn table(record: &Record) -> Table {
                 at => Cell::number(at.map(|at| at.expected_error_m), 2),
             });
         }
-        let bytes = result.bytes_per_place.map(|bytes| bytes as u64);
-        row.push(bytes.map_or(Cell::Missing, Cell::Count));
+        let kilobytes = result.robot_bytes.map(|bytes| bytes as f64 / 1000.0);
+        row.push(Cell::number(kilobytes, 1));
         table.row(row);
     }
     table.caption(format!(
@@ -81,10 +70,10 @@ pub fn table(record: &Record) -> Table {
         record.unseen
     ));
     for line in [
+        "recall % = unseen snapshots each of which alone, from no idea, makes a place within 1 m\n  of the truth the likeliest of all",
         "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  after m = median metres until then (–: fewer than half)",
-        "<1m at m = metres after which the mean expected error first falls under 1 m;\n  error m = that mean in metres after 10 m, over the trials that go so far",
-        "tracked m = the same mean after 10 m from a known start (–: no trial is that long)",
-        "bytes = what the map keeps of each place, besides its pose",
+        "error m = mean expected error after 10 m, over the trials that go so far;\n  tracked m = the same from a known start (–: no trial is that long)",
+        "kB = what the robot must hold: places with their poses, networks or map",
     ] {
         table.caption(line);
     }
@@ -103,9 +92,62 @@ fn plus_minus(prior: &str) -> String {
     }
 }
 
-fn error_at(summary: &TrialSummary, distance_m: f64) -> Option<&Row> {
-    let mut rows = summary.error_by_distance.iter();
-    rows.find(|row| row.distance_m >= distance_m - 1e-9)
+/// Every figure of every method, one row each: what the [table](table) shows, with 95 % intervals and what it has no room
+/// for.
+pub fn figures(record: &Record) -> Table {
+    let mut headers = vec!["system".to_string()];
+    let of_prior = |prior: &Uncertainty| format!("error_reduction_{prior}");
+    headers.extend(record.priors.iter().map(of_prior));
+    for shared in [
+        "recall_1m",
+        "recall_05m",
+        "converged_fraction",
+        "error_at_10m_m",
+        "tracked_error_m",
+    ] {
+        headers.extend(["", "_low95", "_high95"].map(|end| format!("{shared}{end}")));
+    }
+    let alone = [
+        "distance_to_converge_m",
+        "mean_error_below_1m_at_m",
+        "evidence_scale",
+        "bandwidth",
+        "bytes_per_place",
+        "robot_bytes",
+    ];
+    headers.extend(alone.map(String::from));
+    let mut table = Table::new(headers);
+    for result in &record.results {
+        let mut row = vec![Cell::Text(result.name.clone())];
+        for i in 0..record.priors.len() {
+            let reduction = result.held_out.get(i).map(|h| h.score.error_reduction);
+            row.push(Cell::number(reduction, 4));
+        }
+        let global = &result.global;
+        for (value, interval) in [
+            (result.recall_1m, result.recall_1m_ci95),
+            (result.recall_05m, result.recall_05m_ci95),
+            (
+                Some(global.converged_fraction),
+                global.converged_fraction_ci95,
+            ),
+            (result.error_at_10m_m, result.error_at_10m_m_ci95),
+            (result.tracked_error_m, result.tracked_error_m_ci95),
+        ] {
+            row.push(Cell::number(value, 4));
+            row.push(Cell::number(interval.map(|ci| ci[0]), 4));
+            row.push(Cell::number(interval.map(|ci| ci[1]), 4));
+        }
+        row.push(Cell::number(global.distance_to_converge_m, 2));
+        row.push(Cell::number(global.mean_error_below_1m_at_m, 2));
+        row.push(Cell::number(result.evidence_scale, 6));
+        row.push(Cell::number(result.bandwidth, 4));
+        for bytes in [result.bytes_per_place, result.robot_bytes] {
+            row.push(bytes.map_or(Cell::Missing, |bytes| Cell::Count(bytes as u64)));
+        }
+        table.row(row);
+    }
+    table
 }
 
 /// All mean curves, one row a method, kind of start and distance.

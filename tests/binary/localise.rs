@@ -37,6 +37,8 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     let table = place.ballmark(&["localise", "m.safetensors", &data, "--trials", "4"]);
     for title in [
         "2 learned features",
+        "2 learned features + map",
+        "occupancy map",
         "raw-scan kernel",
         "kernel, 24 views",
         "2 random bits",
@@ -68,19 +70,37 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     let keys = [
         "converged_fraction",
         "distance_to_converge_m",
+        "converged_fraction_ci95",
         "mean_error_below_1m_at_m",
         "error_by_distance",
+        "error_at_10m_m",
+        "error_at_10m_m_ci95",
+        "tracked_error_m",
+        "tracked_error_m_ci95",
+        "recall_1m",
+        "recall_1m_ci95",
+        "recall_05m",
+        "robot_bytes",
+        "evidence_scale",
         "tracking",
     ];
-    for contender in [
-        &result,
-        &result["learned_bits"],
-        &result["kernel"],
-        &result["kernel_views"],
-        &result["random_bits"],
-        &result["random_bits_64"],
-        &result["odometry_only"],
-    ] {
+    let systems = result["systems"].as_array().unwrap();
+    let named = |name: &str| {
+        let mut found = systems.iter().filter(|system| system["name"] == name);
+        found.next().unwrap_or_else(|| panic!("no system {name}"))
+    };
+    let names = [
+        "learned",
+        "learned_bits",
+        "learned+likelihood_field",
+        "likelihood_field",
+        "kernel",
+        "kernel_views",
+        "random_bits",
+        "random_bits_64",
+        "odometry",
+    ];
+    for contender in names.map(named).into_iter().chain([&result]) {
         for key in keys {
             assert!(
                 contender.get(key).is_some(),
@@ -99,12 +119,14 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     // 24 sonars, one reading each: a float a reading, in 25 views; bits; no map.
     for (contender, bytes) in [
         (&result, serde_json::json!(8)),
-        (&result["learned_bits"], serde_json::json!(1)),
-        (&result["kernel"], serde_json::json!(96)),
-        (&result["kernel_views"], serde_json::json!(2400)),
-        (&result["random_bits"], serde_json::json!(1)),
-        (&result["random_bits_64"], serde_json::json!(8)),
-        (&result["odometry_only"], serde_json::Value::Null),
+        (named("learned_bits"), serde_json::json!(1)),
+        (named("likelihood_field"), serde_json::Value::Null),
+        (named("learned+likelihood_field"), serde_json::json!(8)),
+        (named("kernel"), serde_json::json!(96)),
+        (named("kernel_views"), serde_json::json!(2400)),
+        (named("random_bits"), serde_json::json!(1)),
+        (named("random_bits_64"), serde_json::json!(8)),
+        (named("odometry"), serde_json::Value::Null),
     ] {
         assert_eq!(contender["bytes_per_place"], bytes);
     }
@@ -287,7 +309,7 @@ fn the_demo_goes_all_the_way() {
         .lines()
         .filter(|l| l.starts_with("4 learned, "))
         .collect();
-    assert_eq!(lines.len(), 2, "{}", answer.stdout);
+    assert_eq!(lines.len(), 4, "{}", answer.stdout); // of each prior, alone and with the map
     for file in [
         "corridor.npz",
         "corridor-2m.safetensors",
@@ -416,14 +438,20 @@ fn several_models_stand_in_one_table() {
         json(&["a.safetensors"]),
         json(&["a.safetensors", "b.safetensors"]),
     );
+    let tracking = |all: &serde_json::Value, name: &str| {
+        let mut systems = all["systems"].as_array().unwrap().iter();
+        let found = systems.find(|system| system["name"] == name);
+        found.unwrap_or_else(|| panic!("no system {name}"))["tracking"].clone()
+    };
     for (one, of_both) in [
+        ("learned", "learned_2m"),
         ("learned_bits", "learned_bits_2m"),
         ("random_bits", "random_bits"),
     ] {
-        assert_eq!(alone[one]["tracking"], both[of_both]["tracking"], "{one}");
+        assert_eq!(tracking(&alone, one), tracking(&both, of_both), "{one}");
     }
-    assert_eq!(alone["tracking"], both["learned_2m"]["tracking"]);
-    assert!(both["learned_global"]["converged_fraction"].is_number());
+    assert_eq!(alone["tracking"], tracking(&both, "learned_2m"));
+    assert!(tracking(&both, "learned_global")["converged_fraction"].is_number());
     place
         .ballmark(&["localise", "a.safetensors", "c.safetensors", "walk.npz"])
         .refused(1, &["different places", "train.split"]);

@@ -39,14 +39,18 @@
 //! ```
 
 pub mod compass;
+pub mod evidence_scale;
 pub mod independent;
 pub mod kernel;
 pub mod learned;
+pub mod likelihood_field;
 
 pub use compass::Compass;
+pub use evidence_scale::{EvidenceScale, PreparedProduct, Scaled};
 pub use independent::Independent;
 pub use kernel::{PreparedKernel, RawKernel, least_mean_squares};
 pub use learned::{LearnedFeatures, PreparedFeatures};
+pub use likelihood_field::LikelihoodFieldModel;
 
 use crate::{
     belief::Belief,
@@ -54,6 +58,7 @@ use crate::{
     recording::{Observation, Recording},
     seed::Stream,
 };
+use std::sync::Arc;
 
 /// P(z | ξ) of an observation z at every cell ξ of a grid.
 pub trait SensorModel: Send + Sync {
@@ -107,6 +112,26 @@ pub trait PreparedSensorModel: Send + Sync {
         belief: &Belief,
         stream: &mut Stream,
     ) -> Result<Vec<f64>>;
+}
+
+/// A sensor model that is shared with others, and the recording that it is asked about.
+pub struct SharedOverRecording<'a> {
+    /// Answers each snapshot when its turn comes.
+    pub model: Arc<dyn SensorModel + 'a>,
+    /// Holds the snapshots.
+    pub recording: &'a Recording,
+}
+
+impl PreparedSensorModel for SharedOverRecording<'_> {
+    fn log_likelihood(
+        &self,
+        snapshot: usize,
+        belief: &Belief,
+        stream: &mut Stream,
+    ) -> Result<Vec<f64>> {
+        let observation = self.recording.observation(snapshot);
+        self.model.log_likelihood(&observation, belief, stream)
+    }
 }
 
 /// A recording's snapshots, each answered when it is asked for.

@@ -1,0 +1,109 @@
+//! The rival of whoever has a range sensor: an ordinary occupancy map of the scans that the models learned from, read as a
+//! likelihood field.
+
+use super::{
+    evidence_tuning::tuned_power,
+    held_out,
+    methods::{Method, MethodContext},
+};
+use crate::{
+    belief::{Belief, Places, Uncertainty},
+    error::Result,
+    learning::training_set::covered,
+    localiser::sensor_model::{LikelihoodFieldModel, SensorModel},
+    mapping::{LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig},
+    recording::Recording,
+};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Scatters of a beam's end about what it hit that are tried, in metres.
+const DEVIATIONS_M: [f64; 3] = [0.1, 0.2, 0.4];
+
+/// Snapshots of the validation part that are enough to choose one by.
+const MAX_VALIDATED: usize = 100;
+
+/// Power of a scan's evidence where nothing tunes it: some beams of 36 are worth one.
+const USUAL_SCALE: f64 = 0.125;
+
+/// Does a recording have a range sensor whose beams' directions are known, among the channels named (none: all)?
+pub(super) fn has_ranges(recording: &Recording, channels: &[String]) -> bool {
+    let wanted = |name: &String| channels.is_empty() || channels.contains(name);
+    let mut all = recording.channels().iter();
+    all.any(|c| wanted(&c.name) && c.unit == "m" && c.bearing_rad.is_some())
+}
+
+/// The occupancy map, where the models work from a range sensor.
+pub(super) fn likelihood_field<'a>(context: &MethodContext<'a>) -> Result<Option<Method<'a>>> {
+    let source = context.source()?;
+    let model = context.model();
+    if !has_ranges(&source.recording, &model.header.recipe.input.channels) {
+        return Ok(None);
+    }
+    let config = OccupancyMapConfig::default();
+    let map = OccupancyMap::from_scans(&source.recording, &source.training, &config)?;
+    let poses = source.recording.poses();
+    let training: Vec<_> = source.training.iter().map(|&k| vec![poses[k]]).collect();
+    let alone = |deviation_m: f64| -> Result<(Arc<LikelihoodField>, LikelihoodFieldModel)> {
+        let config = LikelihoodFieldConfig {
+            deviation_m,
+            ..LikelihoodFieldConfig::default()
+        };
+        let field = Arc::new(LikelihoodField::new(&map, &config)?);
+        let model = LikelihoodFieldModel::at_poses(&field, training.clone())?;
+        Ok((field, model))
+    };
+    let mut best = (
+        f64::INFINITY,
+        alone(LikelihoodFieldConfig::default().deviation_m)?,
+    );
+    for deviation_m in DEVIATIONS_M {
+        let candidate = alone(deviation_m)?;
+        let error_m = validation_error_m(context, &candidate.1)?;
+        if error_m < best.0 {
+            best = (error_m, candidate);
+        }
+    }
+    let (field, alone) = best.1;
+    let at_cells = match &**context.grid.places() {
+        Places::Plane(_) => LikelihoodFieldModel::over_grid(&field, &context.grid)?,
+        Places::Route(cells) => {
+            let near = |cell: usize| context.cells.of(cell).iter();
+            let of_cell = |cell: usize| near(cell).map(|&k| training[k][0]).collect();
+            LikelihoodFieldModel::at_poses(&field, (0..cells.len()).map(of_cell).collect())?
+        }
+    };
+    let name = "likelihood_field";
+    let title = "occupancy map";
+    let method = context.judged_sensor_model(name, title, &alone, Box::new(at_cells))?;
+    Ok(Some(Method {
+        other_bytes: map.bytes(),
+        usual_scale: USUAL_SCALE,
+        ..method
+    }))
+}
+
+/// Error that one snapshot of the validation part leaves of no idea at all, at the power that suits it best; infinite where
+/// there is none.
+fn validation_error_m(context: &MethodContext, alone: &LikelihoodFieldModel) -> Result<f64> {
+    let source = context.source()?;
+    let (candidates, all) = (
+        Arc::new(context.model().places()),
+        Places::of(&source.recording),
+    );
+    let validation = covered(&all, &source.validation, &candidates);
+    let every = validation.len().div_ceil(MAX_VALIDATED).max(1);
+    let some: Vec<usize> = validation.into_iter().step_by(every).collect();
+    let some = held_out::counted(Uncertainty::Global, &all, &some, &candidates);
+    let anywhere = Belief::uniform(&candidates)?;
+    let known = some.par_iter().map(|&k| {
+        let mut unused = context.seed().stream("not drawn from");
+        alone.log_likelihood(&source.recording.observation(k), &anywhere, &mut unused)
+    });
+    let known = known.collect::<Result<Vec<_>>>()?;
+    let truths = all.select(&some);
+    let (_, error_m) = tuned_power(Uncertainty::Global, &truths, &candidates, |row| {
+        known[row].clone()
+    });
+    Ok(error_m)
+}

@@ -1,0 +1,55 @@
+//! One snapshot and no idea where: how often the likeliest place of the whole grid is the right one.
+
+use super::methods::MethodContext;
+use crate::{
+    belief::{BayesFilter, Belief, OdometryMotion},
+    error::Result,
+    localiser::PreparedSensorModel,
+};
+use rayon::prelude::*;
+
+/// Unseen snapshots that are asked, evenly spaced.
+const SNAPSHOTS: usize = 200;
+
+/// Where all snapshots are of one run, what an interval resamples is so long a piece of its way, in metres.
+const PIECE_M: f64 = 20.0;
+
+/// Metres from the truth to the likeliest cell after one snapshot, and what an interval resamples: the run, or a piece of a
+/// single run's way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Recalled {
+    /// Run, or piece of it.
+    pub unit: usize,
+    /// Metres from the truth.
+    pub error_m: f64,
+}
+
+/// Asks a sensor model for unseen snapshots at places that training saw, each on its own.
+///
+/// # Errors
+/// Where the sensor model fails.
+pub fn recall(context: &MethodContext, sensor: &dyn PreparedSensorModel) -> Result<Vec<Recalled>> {
+    let parts = context.parts;
+    let covered = parts.covered(context.model());
+    let every = covered.len().div_ceil(SNAPSHOTS).max(1);
+    let runs = parts.run.runs();
+    let run_of = |k: usize| runs.partition_point(|run| run.end <= k);
+    let travelled = parts.run.travelled_m();
+    let several = covered.iter().any(|&k| run_of(k) != run_of(covered[0]));
+    let asked: Vec<usize> = covered.into_iter().step_by(every).collect();
+    let answer = |&k: &usize| {
+        let start = Belief::uniform(context.grid.places())?;
+        let mut stream = context.seed().numbered_stream("recall", k as u64);
+        let log_likelihood = sensor.log_likelihood(k, &start, &mut stream)?;
+        let mut filter = BayesFilter::new(&context.grid, OdometryMotion::exact(), start)?;
+        filter.correct(&log_likelihood)?;
+        Ok(Recalled {
+            unit: match several {
+                true => run_of(k),
+                false => (travelled[k] / PIECE_M) as usize,
+            },
+            error_m: filter.belief().point_error_m(&parts.places, k),
+        })
+    };
+    asked.par_iter().map(answer).collect()
+}

@@ -1,0 +1,118 @@
+//! The sequences that trials run over, on unseen runs and on the validation part, and the evidence that is tuned on the latter.
+
+use super::{
+    evidence_tuning::Sequences,
+    methods::{AnswersBy, Method, MethodContext},
+    trials::{self, Trial, TrialSampling},
+};
+use crate::{
+    belief::{Neighbours, OdometryMotion, Places},
+    error::Result,
+    localiser::{PreparedSensorModel, sensor_model::EvidenceScale},
+    recording::Recording,
+};
+use std::ops::Range;
+
+/// The trials that everybody plays.
+pub(super) fn drawn(context: &MethodContext) -> Result<Vec<Trial>> {
+    let (parts, config) = (context.parts, context.config);
+    let sampling = TrialSampling {
+        count: config.trials,
+        spacing_m: config.spacing_m,
+        shortest_m: config.shortest_m,
+        longest_m: config.longest_m,
+    };
+    let stretches = mapped_stretches(context, parts.run, &parts.places, &parts.unseen)?;
+    trials::draw(parts.run, &stretches, &sampling, context.seed())
+}
+
+/// Stretches of a part that lead through places that training saw.
+fn mapped_stretches(
+    context: &MethodContext,
+    recording: &Recording,
+    places: &Places,
+    part: &[usize],
+) -> Result<Vec<Range<usize>>> {
+    let model = context.model();
+    let nearness = &model.header.recipe.map.nearness;
+    let near = Neighbours::find(&model.places(), places, nearness)?;
+    let is_mapped = |k: usize| near.is_mapped(k);
+    let longest_gap_m = context.config.longest_gap_m;
+    Ok(trials::stretches(recording, part, is_mapped, longest_gap_m))
+}
+
+/// Sequences of the validation part, for tuning evidence: as many as settle it.
+const VALIDATION_SEQUENCES: usize = 8;
+
+/// Their length, in metres.
+const VALIDATION_LENGTH_M: f64 = 10.0;
+
+/// Sequences of the validation part, as long as trials or, where it has none so long, of a metre or more; none where what
+/// the models learned from is not at hand or has no such stretch.
+fn validation_sequences(context: &MethodContext) -> Result<Vec<Trial>> {
+    let Some(source) = &context.parts.source else {
+        return Ok(Vec::new());
+    };
+    let (recording, config) = (&*source.recording, context.config);
+    let places = Places::of(recording);
+    let stretches = mapped_stretches(context, recording, &places, &source.validation)?;
+    for shortest_m in [config.shortest_m, 1.0] {
+        let sampling = TrialSampling {
+            count: VALIDATION_SEQUENCES,
+            spacing_m: config.spacing_m,
+            shortest_m,
+            longest_m: VALIDATION_LENGTH_M.max(shortest_m),
+        };
+        if let Ok(drawn) = trials::draw(recording, &stretches, &sampling, context.seed()) {
+            return Ok(drawn);
+        }
+    }
+    Ok(Vec::new())
+}
+
+/// How much a method's evidence counts: as tuned on sequences of the validation part; where there are none, as usual for it.
+pub(super) fn evidence_scale(
+    method: &Method,
+    context: &MethodContext,
+) -> Result<Option<EvidenceScale>> {
+    let own_model: Box<dyn PreparedSensorModel>;
+    if let Some(tuned) = method.evidence_scale {
+        return Ok(Some(EvidenceScale::of(tuned)));
+    }
+    if matches!(
+        method.answers,
+        AnswersBy::Odometry | AnswersBy::Localiser(_)
+    ) {
+        return Ok(None);
+    }
+    let usual = Some(EvidenceScale::of(method.usual_scale));
+    let sequences = validation_sequences(context)?;
+    let source = match &context.parts.source {
+        Some(source) if !sequences.is_empty() => source,
+        _ => return Ok(usual),
+    };
+    let sensor = match (&method.answers, &method.validation) {
+        (AnswersBy::Sensor(model), _) => {
+            own_model = model.prepare(&source.recording, &source.validation)?;
+            own_model.as_ref()
+        }
+        (_, Some(prepared)) => prepared.as_ref(),
+        _ => return Ok(usual),
+    };
+    let sequences = Sequences {
+        recording: &source.recording,
+        places: &Places::of(&source.recording),
+        trials: &sequences,
+        grid: &context.grid,
+        motion: motion(method, context),
+    };
+    let scale = sequences.tuned(sensor, context.seed())?;
+    Ok(Some(EvidenceScale::of(scale)))
+}
+
+/// What the filter believes of odometry: the configuration's word first, then the method's, then the first model's.
+pub(super) fn motion<'a>(method: &'a Method, context: &'a MethodContext) -> &'a OdometryMotion {
+    let own = method.motion.as_ref();
+    let usual = own.unwrap_or(&context.model().header.motion);
+    context.config.motion.as_ref().unwrap_or(usual)
+}
