@@ -1,7 +1,7 @@
 //! Where the robot may be.
 //!
 //! [`Places`] are where snapshots were taken; a [`Grid`] cuts the places where the robot can be into cells; a [`Belief`]
-//! gives each of them a mass; a [`FeatureMap`] says what the detectors answer there; [`Evidence`] turns one answer into a
+//! gives each of them a mass; a [`FeatureMap`] says what the detectors answer there, a [`SignalField`] what is read there; [`Evidence`] turns one answer into a
 //! likelihood; [`OdometryMotion`] says how the robot moves; [`BayesFilter`] puts them together (Thrun 1998, Table 1).
 
 pub mod bayes;
@@ -18,6 +18,7 @@ mod motion_fit;
 pub mod neighbours;
 pub mod places;
 pub mod prior;
+pub mod signal_field;
 mod transport;
 
 #[cfg(test)]
@@ -34,3 +35,4 @@ pub use motion::OdometryMotion;
 pub use neighbours::{Nearness, Neighbours};
 pub use places::Places;
 pub use prior::Uncertainty;
+pub use signal_field::{SignalField, SignalFieldAt, SignalFieldConfig};

@@ -2,7 +2,10 @@
 
 use super::*;
 use crate::{
-    belief::{Evidence, FeatureMap, MapConfig, Nearness, Neighbours, Places, bayes},
+    belief::{
+        Evidence, FeatureMap, MapConfig, Nearness, Neighbours, Places, SignalField,
+        SignalFieldConfig, bayes, signal_field::LabelledReadings,
+    },
     detector::{
         Detector,
         input::{Input, InputConfig},
@@ -76,6 +79,17 @@ fn kernel(recording: &Recording, views: usize) -> RawKernel {
     RawKernel::new(input, views.collect(), near.into(), 0.4, 0.01).unwrap()
 }
 
+fn signal_field(recording: &Recording) -> SignalFieldModel {
+    let all: Vec<usize> = (0..PLACES).collect();
+    let readings = LabelledReadings::of(recording, &all, &[]).unwrap();
+    let config = SignalFieldConfig {
+        pass_snapshots: 1,
+        ..SignalFieldConfig::default()
+    };
+    let field = SignalField::fit(&readings, &config).unwrap();
+    SignalFieldModel::new(field.at(&readings.places).unwrap().into())
+}
+
 fn models(recording: &Recording) -> Vec<Box<dyn SensorModel>> {
     let mut all: Vec<Box<dyn SensorModel>> = Vec::new();
     for evidence in Evidence::ALL {
@@ -84,6 +98,7 @@ fn models(recording: &Recording) -> Vec<Box<dyn SensorModel>> {
     for views in [1, 3] {
         all.push(Box::new(kernel(recording, views)));
     }
+    all.push(Box::new(signal_field(recording)));
     all.push(Box::new(Compass::new(0.0, 0.2).unwrap()));
     let (features, compass) = (
         learned(recording, Evidence::MeanField),
@@ -136,6 +151,7 @@ fn names_tell_models_apart() {
             "learned",
             "kernel",
             "kernel_views",
+            "signal_field",
             "compass",
             "learned+compass"
         ]
@@ -245,4 +261,28 @@ fn parts_that_do_not_fit_are_refused() {
     let few = Array2::zeros((PLACES - 1, input.width()));
     assert!(kernel(vec![few.clone()], 0.1).contains("neighbour 29"));
     assert!(kernel(vec![scans, few], 0.1).contains("as many places"));
+}
+
+#[test]
+fn a_signal_field_asks_for_its_own_cells_and_channels_as_they_were() {
+    let recording = corridor();
+    let model = signal_field(&recording);
+    let few = Arc::new(Places::of(&recording).select(&[0, 1, 2]));
+    let belief = Belief::uniform(&few).unwrap();
+    let mut stream = Seed(5).stream("unused");
+    let observation = recording.observation(0);
+    let error = model.log_likelihood(&observation, &belief, &mut stream);
+    let error = error.unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "signal field: a belief of 3 cells; expected 30, those of the field"
+    );
+    let mut columns = recording.columns().clone();
+    columns.channels[0].unit = "cm".into();
+    let other = Recording::new(columns).unwrap();
+    let error = model.prepare(&other, &[0]).err().unwrap().to_string();
+    assert_eq!(
+        error,
+        "signal field: channel `sonar` has 12 values in `cm`; expected 12 in `m`, as it was learned from"
+    );
 }

@@ -44,6 +44,7 @@ pub mod independent;
 pub mod kernel;
 pub mod learned;
 pub mod likelihood_field;
+pub mod signal_field;
 
 pub use compass::Compass;
 pub use evidence_scale::{EvidenceScale, PreparedProduct, Scaled};
@@ -51,6 +52,7 @@ pub use independent::Independent;
 pub use kernel::{PreparedKernel, RawKernel, least_mean_squares};
 pub use learned::{LearnedFeatures, PreparedFeatures};
 pub use likelihood_field::LikelihoodFieldModel;
+pub use signal_field::SignalFieldModel;
 
 use crate::{
     belief::Belief,
