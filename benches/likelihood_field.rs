@@ -1,16 +1,22 @@
 //! How long a map takes to be asked: `likelihood_field/step` is one scan of 36 beams at all of about 292,000 cells (0.25 m,
-//! 24 headings), `likelihood_field/copy` a copy of as many sums.
+//! 24 headings), `likelihood_field/copy` a copy of as many sums; `monte_carlo/step` is a step of 5,000 particles, motion, one
+//! scan of 36 beams and drawing anew.
 
 use ballmark::{
-    belief::{Grid, GridConfig, Places},
+    belief::{Grid, GridConfig, OdometryMotion, Places},
     geometry::Pose,
-    localiser::likelihood_field::FieldOverGrid,
+    localiser::{
+        Localiser,
+        likelihood_field::FieldOverGrid,
+        monte_carlo::{MonteCarlo, MonteCarloConfig},
+    },
     mapping::{LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig},
     recording::{Channel, Columns, Recording},
+    seed::Seed,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use ndarray::Array2;
-use std::{f64::consts::PI, hint::black_box, sync::Arc};
+use std::{f64::consts::PI, hint::black_box, sync::Arc, time::Instant};
 
 /// A hall, metres from west to east and from south to north.
 const HALL_M: [f64; 2] = [32.0, 26.0];
@@ -88,6 +94,28 @@ fn step(criterion: &mut Criterion) {
     let sums = over_grid.log_likelihood(&beams);
     group.bench_function("copy", |bencher| bencher.iter(|| black_box(&sums).clone()));
     group.finish();
+
+    let config = MonteCarloConfig {
+        least_particles: 5000, // however certain the robot is
+        ..MonteCarloConfig::default()
+    };
+    let monte_carlo = MonteCarlo::new(Arc::new(field), OdometryMotion::default(), grid, config)
+        .expect("a grid in the plane");
+    // To and fro along the first row of the hall.
+    let way: Vec<usize> = (0..29).chain((1..30).rev()).collect();
+    let player = monte_carlo
+        .prepare(&recording, &way)
+        .expect("the sensor of the map");
+    criterion.bench_function("monte_carlo/step", |bencher| {
+        bencher.iter_custom(|steps| {
+            let trial: Vec<usize> = (0..steps as usize).map(|i| way[i % way.len()]).collect();
+            let start = Some(recording.poses()[0]);
+            let began = Instant::now();
+            let steps = player.play(&trial, start, &mut Seed(1).stream("a trial"));
+            black_box(steps.expect("a sound trial"));
+            began.elapsed()
+        });
+    });
 }
 
 criterion_group!(benches, step);

@@ -168,19 +168,20 @@ impl Grid {
             (Places::Route(_), Places::Route(route)) => self
                 .lattice
                 .site_at(route[index], self.lattice.centre_m(0).1),
-            (Places::Plane(_), Places::Plane(poses)) => {
-                let Pose {
-                    x_m,
-                    y_m,
-                    heading_rad,
-                } = poses[index];
-                let turns = (heading_rad / TAU * self.headings as f64).round() as i64;
-                let heading = turns.rem_euclid(self.headings as i64) as usize;
-                let site = self.lattice.site_at(x_m, y_m)?;
-                Some(heading * self.lattice.len() + site)
-            }
+            (Places::Plane(_), Places::Plane(poses)) => self.cell_of(&poses[index]),
             _ => None,
         }
+    }
+
+    /// The cell that holds a pose; `None` where it is off the grid, or the grid lies along a route.
+    pub fn cell_of(&self, pose: &Pose) -> Option<usize> {
+        if matches!(*self.places, Places::Route(_)) {
+            return None;
+        }
+        let turns = (pose.heading_rad / TAU * self.headings as f64).round() as i64;
+        let heading = turns.rem_euclid(self.headings as i64) as usize;
+        let site = self.lattice.site_at(pose.x_m, pose.y_m)?;
+        Some(heading * self.lattice.len() + site)
     }
 
     pub(super) fn lattice(&self) -> &Lattice {

@@ -6,6 +6,7 @@ use super::{
     methods::{FeatureAnswers, Method, MethodContext},
     product::product,
     sequences::evidence_scale,
+    signal_row::signal_field,
 };
 use crate::{
     belief::{Evidence, FeatureMap, Uncertainty},
@@ -30,10 +31,16 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
     }
     if context.parts.source.is_some() {
         let n = context.model().features();
-        if let Some(mut map) = likelihood_field(context)? {
-            let products = with_learned(context, &mut all, &mut map, "map")?;
-            all.extend(products);
-            all.push(map);
+        let learned = all.len();
+        for (other, short) in [
+            (likelihood_field(context)?, "map"),
+            (signal_field(context)?, "field"),
+        ] {
+            if let Some(mut other) = other {
+                let products = with_learned(context, &mut all[..learned], &mut other, short)?;
+                all.extend(products);
+                all.push(other);
+            }
         }
         all.extend(kernels(context)?);
         if n != WIDE_BITS {
@@ -55,6 +62,9 @@ fn with_learned<'a>(
 ) -> Result<Vec<Method<'a>>> {
     // Tuned here, or the products and the trials would each do it again.
     let tune = |method: &mut Method<'a>| -> Result<()> {
+        if method.evidence_scale.is_some() {
+            return Ok(());
+        }
         method.evidence_scale = evidence_scale(method, context)?.map(|tuned| tuned.scale);
         Ok(())
     };

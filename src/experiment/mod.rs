@@ -21,5 +21,6 @@ pub mod recall;
 pub mod recognition;
 pub mod reproduce;
 mod sequences;
+mod signal_row;
 pub mod standard;
 pub mod trials;

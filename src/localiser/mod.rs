@@ -37,6 +37,7 @@ pub mod likelihood_field;
 pub mod live;
 pub mod local_grid;
 pub mod memoryless;
+pub mod monte_carlo;
 pub mod place_map;
 pub mod prepared;
 pub mod responses;

@@ -1,0 +1,53 @@
+//! The rival of whoever has a sensor that no plan predicts: each reading regressed over places, the signal field.
+
+use super::methods::{Method, MethodContext};
+use crate::{
+    belief::Places,
+    belief::{
+        SignalFieldConfig,
+        signal_field::{LabelledReadings, fit_tuned},
+    },
+    error::Result,
+    learning::training_set::covered,
+    localiser::sensor_model::SignalFieldModel,
+};
+use std::sync::Arc;
+
+/// More readings a snapshot than these are a scan or a picture: a field of each would take gigabytes over a fine grid.
+const MAX_READINGS: usize = 64;
+
+/// Snapshots of the validation part that are enough to choose bandwidths by.
+const MAX_VALIDATED: usize = 300;
+
+/// The signal field of the sensors that the models work from; none where a snapshot has more than [`MAX_READINGS`] readings.
+pub(super) fn signal_field<'a>(context: &MethodContext<'a>) -> Result<Option<Method<'a>>> {
+    let source = context.source()?;
+    let (recording, model) = (&*source.recording, context.model());
+    let channels = &model.header.recipe.input.channels;
+    let wanted = |name: &String| channels.is_empty() || channels.contains(name);
+    let used = recording.channels().iter().filter(|c| wanted(&c.name));
+    if used.map(|c| c.width).sum::<usize>() > MAX_READINGS {
+        return Ok(None);
+    }
+    let candidates = model.places();
+    let validation = covered(&Places::of(recording), &source.validation, &candidates);
+    let every = validation.len().div_ceil(MAX_VALIDATED).max(1);
+    let validation: Vec<usize> = validation.into_iter().step_by(every).collect();
+    let tuned = fit_tuned(
+        &LabelledReadings::of(recording, &source.training, channels)?,
+        &LabelledReadings::of(recording, &validation, channels)?,
+        &candidates,
+        &SignalFieldConfig::default(),
+    )?;
+    let at = |places: &Places| -> Result<SignalFieldModel> {
+        Ok(SignalFieldModel::new(Arc::new(tuned.field.at(places)?)))
+    };
+    let at_cells = Box::new(at(context.grid.places())?);
+    let (name, title) = ("signal_field", "signal field");
+    let method = context.judged_sensor_model(name, title, &at(&candidates)?, at_cells)?;
+    Ok(Some(Method {
+        other_bytes: tuned.field.bytes(),
+        usual_scale: tuned.power,
+        ..method
+    }))
+}

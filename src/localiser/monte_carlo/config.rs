@@ -1,0 +1,111 @@
+//! The constants of Monte Carlo localisation.
+
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// How many particles, how they are weighed, and when some are drawn anew.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MonteCarloConfig {
+    /// Most particles; as many are drawn while the robot may be anywhere.
+    pub particles: usize,
+    /// Fewest particles, however certain the robot is.
+    pub least_particles: usize,
+    /// ε: largest error, as a Kullback-Leibler divergence, of the particles' distribution over the occupied bins.
+    pub kld_error: f64,
+    /// Upper quantile of the standard normal distribution for the confidence that the error is kept: 2.33 for 99 %.
+    pub kld_quantile: f64,
+    /// Edge of a bin in which particles count as at the same place, in metres.
+    pub kld_bin_m: f64,
+    /// Width of such a bin in heading, in radians.
+    pub kld_bin_rad: f64,
+    /// α_slow: share of the last scan in the long average of how well scans fit; 0, like `fast_decay`, for no random particles.
+    pub slow_decay: f64,
+    /// α_fast: the same for the short average. Random particles are drawn while that is below the long one.
+    pub fast_decay: f64,
+    /// Power that a scan's likelihood is taken to. At 1 all beams of all scans count as independent: the likelihood then has a
+    /// peak so narrow that few particles are near enough to the truth to outlive a scan. Starting anywhere in the
+    /// buildings of Freiburg and Intel (36 beams), 40,000 particles find the robot in 73 and 97 of 100 trials with 1, in 100
+    /// and 97 with 0.2, in 90 and 70 with 0.1; and 5,000 in 30 and 50 with 1, 67 and 57 with 0.2.
+    pub evidence_scale: f64,
+    /// Standard deviation of x and of y about a known start, in metres.
+    pub start_spread_m: f64,
+    /// Standard deviation of the heading about a known start, in radians.
+    pub start_spread_rad: f64,
+}
+
+impl Default for MonteCarloConfig {
+    fn default() -> Self {
+        Self {
+            particles: 5000,
+            least_particles: 500,
+            kld_error: 0.05,
+            kld_quantile: 2.33,
+            kld_bin_m: 0.5,
+            kld_bin_rad: 10_f64.to_radians(),
+            slow_decay: 0.001,
+            fast_decay: 0.1,
+            evidence_scale: 0.2,
+            start_spread_m: 0.3,
+            start_spread_rad: 0.1,
+        }
+    }
+}
+
+impl MonteCarloConfig {
+    /// # Errors
+    /// A usage error where a value makes no sense; the message names its key.
+    pub fn check(&self) -> Result<()> {
+        let wrong = |key: &str, value: String, expected: &str| {
+            Err(Error::usage(format!(
+                "monte_carlo.{key} = {value}: expected {expected}"
+            )))
+        };
+        for (key, value) in [
+            ("particles", self.particles),
+            ("least_particles", self.least_particles),
+        ] {
+            if value == 0 {
+                return wrong(key, "0".into(), "1 or more");
+            }
+        }
+        if self.least_particles > self.particles {
+            let expected = format!("at most {}, which is monte_carlo.particles", self.particles);
+            return wrong(
+                "least_particles",
+                self.least_particles.to_string(),
+                &expected,
+            );
+        }
+        for (key, value) in [
+            ("kld_error", self.kld_error),
+            ("kld_quantile", self.kld_quantile),
+            ("kld_bin_m", self.kld_bin_m),
+            ("kld_bin_rad", self.kld_bin_rad),
+            ("evidence_scale", self.evidence_scale),
+            ("start_spread_m", self.start_spread_m),
+            ("start_spread_rad", self.start_spread_rad),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return wrong(key, value.to_string(), "a number above 0");
+            }
+        }
+        for (key, value) in [
+            ("slow_decay", self.slow_decay),
+            ("fast_decay", self.fast_decay),
+        ] {
+            if !(0.0..=1.0).contains(&value) {
+                return wrong(key, value.to_string(), "a share between 0 and 1");
+            }
+        }
+        let no_random_particles = self.slow_decay == 0.0 && self.fast_decay == 0.0;
+        if !(no_random_particles || (self.slow_decay > 0.0 && self.slow_decay < self.fast_decay)) {
+            let expected = format!(
+                "above 0 and below monte_carlo.fast_decay = {}, or both 0 for no random particles",
+                self.fast_decay
+            );
+            return wrong("slow_decay", self.slow_decay.to_string(), &expected);
+        }
+        Ok(())
+    }
+}
