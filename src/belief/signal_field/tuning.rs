@@ -33,6 +33,9 @@ pub struct TunedSignalField {
 /// at their true places, each against the candidates: of 12 bandwidths (4 along a route) and 5 powers, the first that has the
 /// least mean of −ln P(ξ* | z), P(ξ* | z) = l(ξ*) / (l(ξ*) + Σ_c l(ξ_c)), with l the likelihood to the power.
 ///
+/// This asks for honest probabilities, not for the least error: where readings change from run to run, it chooses a wide
+/// kernel and a small power, under which the mean error of one snapshot can be larger than at power 1.
+///
 /// `config` gives all other constants, and the bandwidths where there is no validation snapshot. Validation snapshots
 /// should lie where training snapshots are: of other places the field says that it knows nothing. Candidates are the places
 /// of the training snapshots as a rule.
