@@ -25,7 +25,11 @@ use std::{f64::consts::SQRT_2, sync::Arc};
 /// Powers that evidence is tuned over.
 pub const SCALES: [f64; 9] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625];
 
-/// Least likelihood of the truth that counts: one that lies between cells is no catastrophe.
+/// A belief within this distance of the truth is right, in metres. A single cell would ask for more than a grid can say: where
+/// the truth lies on a border between cells, a sharp belief takes the wrong one, and every evidence would seem too sharp.
+const NEAR_M: f64 = 0.5;
+
+/// Least likelihood of the truth that counts.
 const LEAST: f64 = 1e-9;
 
 /// Sequences of the validation part, and the filter that runs over them.
@@ -43,8 +47,8 @@ pub struct Sequences<'a> {
 }
 
 impl Sequences<'_> {
-    /// Mean −ln Bel(ξ) of the true place over all sequences, each from a start anywhere, in nats a snapshot; snapshots off
-    /// the grid don't count.
+    /// Mean −ln Bel of the true place, all within [`NEAR_M`] of it, over all sequences, each from a start anywhere, in nats a
+    /// snapshot; snapshots off the grid don't count.
     ///
     /// # Errors
     /// Where the sensor model fails.
@@ -63,8 +67,9 @@ impl Sequences<'_> {
             let (mut sum, mut count) = (0.0, 0);
             for &k in &trial.snapshots {
                 let belief = robot.observe(k, &self.recording.observation(k))?;
-                if let Some(cell) = self.grid.cell_at(self.places, k) {
-                    sum -= belief.mass()[cell].max(LEAST).ln();
+                if self.grid.cell_at(self.places, k).is_some() {
+                    let mass = belief.mass_within_m(self.places, k, NEAR_M);
+                    sum -= mass.max(LEAST).ln();
                     count += 1;
                 }
             }

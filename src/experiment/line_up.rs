@@ -2,7 +2,7 @@
 
 use super::{
     kernels::kernels,
-    maps::likelihood_field,
+    maps::{MapMethods, map_methods},
     methods::{FeatureAnswers, Method, MethodContext},
     product::product,
     sequences::evidence_scale,
@@ -32,15 +32,20 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
     if context.parts.source.is_some() {
         let n = context.model().features();
         let learned = all.len();
-        for (other, short) in [
-            (likelihood_field(context)?, "map"),
-            (signal_field(context)?, "field"),
-        ] {
-            if let Some(mut other) = other {
-                let products = with_learned(context, &mut all[..learned], &mut other, short)?;
-                all.extend(products);
-                all.push(other);
-            }
+        if let Some(MapMethods {
+            mut field,
+            particles,
+        }) = map_methods(context)?
+        {
+            let both = with_learned(context, &mut all[..learned], &mut field, "map")?;
+            all.extend(both);
+            all.push(field);
+            all.extend(particles);
+        }
+        if let Some(mut field) = signal_field(context)? {
+            let both = with_learned(context, &mut all[..learned], &mut field, "field")?;
+            all.extend(both);
+            all.push(field);
         }
         all.extend(kernels(context)?);
         if n != WIDE_BITS {

@@ -10,7 +10,10 @@ use crate::{
     belief::{Belief, Places, Uncertainty},
     error::Result,
     learning::training_set::covered,
-    localiser::sensor_model::{LikelihoodFieldModel, SensorModel},
+    localiser::{
+        monte_carlo::{MonteCarlo, MonteCarloConfig},
+        sensor_model::{LikelihoodFieldModel, SensorModel},
+    },
     mapping::{LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig},
     recording::Recording,
 };
@@ -33,8 +36,19 @@ pub(super) fn has_ranges(recording: &Recording, channels: &[String]) -> bool {
     all.any(|c| wanted(&c.name) && c.unit == "m" && c.bearing_rad.is_some())
 }
 
+/// What a user of a range sensor has.
+pub(super) struct MapMethods<'a> {
+    /// The map's likelihood field in the filter.
+    pub field: Method<'a>,
+    /// The same field in particle filters, in the plane.
+    pub particles: Vec<Method<'a>>,
+}
+
+/// Particles of Monte Carlo localisation at most: what users take, and what it takes to find a robot in a building.
+const PARTICLES: [usize; 2] = [5_000, 40_000];
+
 /// The occupancy map, where the models work from a range sensor.
-pub(super) fn likelihood_field<'a>(context: &MethodContext<'a>) -> Result<Option<Method<'a>>> {
+pub(super) fn map_methods<'a>(context: &MethodContext<'a>) -> Result<Option<MapMethods<'a>>> {
     let source = context.source()?;
     let model = context.model();
     if !has_ranges(&source.recording, &model.header.recipe.input.channels) {
@@ -76,11 +90,48 @@ pub(super) fn likelihood_field<'a>(context: &MethodContext<'a>) -> Result<Option
     let name = "likelihood_field";
     let title = "occupancy map";
     let method = context.judged_sensor_model(name, title, &alone, Box::new(at_cells))?;
-    Ok(Some(Method {
+    let field_in_filter = Method {
         other_bytes: map.bytes(),
         usual_scale: USUAL_SCALE,
         ..method
+    };
+    let mut particles = Vec::new();
+    if let Places::Plane(_) = &**context.grid.places() {
+        for count in PARTICLES {
+            particles.push(Method {
+                other_bytes: map.bytes(),
+                ..monte_carlo(context, &field, count)?
+            });
+        }
+    }
+    Ok(Some(MapMethods {
+        field: field_in_filter,
+        particles,
     }))
+}
+
+/// Monte Carlo localisation with the map's field: what AMCL does.
+fn monte_carlo<'a>(
+    context: &MethodContext<'a>,
+    field: &Arc<LikelihoodField>,
+    particles: usize,
+) -> Result<Method<'a>> {
+    let config = MonteCarloConfig {
+        particles,
+        start_spread_m: context.config.start_spread_m,
+        start_spread_rad: context.config.start_spread_rad,
+        ..MonteCarloConfig::default()
+    };
+    let motion = context.config.motion.as_ref();
+    let motion = motion.unwrap_or(&context.model().header.motion).clone();
+    let localiser = MonteCarlo::new(Arc::clone(field), motion, Arc::clone(&context.grid), config)?
+        .with_sensors_of(context.source()?.recording.channels())?;
+    let name = match particles {
+        5_000 => "monte_carlo".to_string(),
+        _ => format!("monte_carlo_{particles}"),
+    };
+    let title = format!("{} thousand particles", particles / 1000);
+    Ok(context.localiser(&name, &title, Box::new(localiser)))
 }
 
 /// Error that one snapshot of the validation part leaves of no idea at all, at the power that suits it best; infinite where

@@ -2,7 +2,6 @@
 
 use super::{Cell, Curve, Table, line_plot};
 use crate::{
-    belief::Uncertainty,
     error::Result,
     experiment::localisation::{MethodResult, Record},
 };
@@ -92,12 +91,12 @@ fn plus_minus(prior: &str) -> String {
     }
 }
 
-/// Every figure of every method, one row each: what the [table](table) shows, with 95 % intervals and what it has no room
+/// Every figure of every method, one row each: what [`table`] shows, with 95 % intervals and what it has no room
 /// for.
 pub fn figures(record: &Record) -> Table {
     let mut headers = vec!["system".to_string()];
-    let of_prior = |prior: &Uncertainty| format!("error_reduction_{prior}");
-    headers.extend(record.priors.iter().map(of_prior));
+    let priors = record.priors.iter();
+    headers.extend(priors.map(|prior| format!("error_reduction_{prior}")));
     for shared in [
         "recall_1m",
         "recall_05m",
