@@ -1,12 +1,18 @@
 //! The Bayes filter: Table 1 of Thrun, *Bayesian Landmark Learning for Mobile Robot Localization*, Machine Learning 33,
 //! 1998.
 
-use super::{belief::Belief, grid::Grid, motion::OdometryMotion, transport};
+use super::{
+    belief::Belief,
+    correction,
+    grid::Grid,
+    motion::OdometryMotion,
+    support::{BLOCK, Support},
+    transport::{self, Workspace},
+};
 use crate::{
     error::{Error, Result},
     geometry::Displacement,
 };
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A robot that keeps track of where it may be.
@@ -34,11 +40,17 @@ use std::sync::Arc;
 /// assert!(robot.belief().point_error_m(&truth, 0) < 0.25);
 /// # Ok::<(), ballmark::Error>(())
 /// ```
+///
+/// It keeps track of where the belief has mass, in blocks of 64 cells, and passes by all others: a settled belief costs what
+/// the cells around it cost, however large the grid. A mass below 10⁻¹⁰⁰ counts as none, so that a step over n cells drops
+/// less than n · 10⁻¹⁰⁰. From the first movement on it holds a second array of masses to work in.
 #[derive(Debug, Clone)]
 pub struct BayesFilter {
     grid: Arc<Grid>,
     motion: OdometryMotion,
     belief: Belief,
+    support: Support,
+    workspace: Workspace,
 }
 
 impl BayesFilter {
@@ -54,17 +66,26 @@ impl BayesFilter {
             grid: Arc::clone(grid),
             motion: motion.checked()?,
             belief: prior,
+            support: Support::everywhere(grid.len(), grid.lattice().len()),
+            workspace: Workspace::default(),
         })
     }
 
     /// 2. For each observed feature vector: [`correct`], with its result and errors.
     pub fn correct(&mut self, log_likelihood: &[f64]) -> Result<f64> {
-        correct(&mut self.belief, log_likelihood)
+        correct_within(&mut self.belief, &mut self.support, log_likelihood)
     }
 
     /// 3. For each action: [`predict`], with its errors.
     pub fn predict(&mut self, step: &Displacement) -> Result<()> {
-        predict(&mut self.belief, &self.grid, &self.motion, step)
+        predict_within(
+            &mut self.belief,
+            &self.grid,
+            &self.motion,
+            step,
+            &mut self.support,
+            &mut self.workspace,
+        )
     }
 
     /// Begins anew with another belief.
@@ -76,6 +97,7 @@ impl BayesFilter {
             return Err(not_its_cells());
         }
         self.belief = belief;
+        self.support.held_mut().fill(true);
         Ok(())
     }
 
@@ -99,39 +121,25 @@ impl BayesFilter {
 /// Where the lengths differ, a value is NaN or +∞, or the likelihood is 0 wherever the belief has mass: the belief stays as
 /// it was.
 pub fn correct(belief: &mut Belief, log_likelihood: &[f64]) -> Result<f64> {
+    const TOGETHER: usize = 64 * BLOCK;
+    let cells = belief.mass().len();
+    let mut support = Support::everywhere(cells, TOGETHER.min(cells));
+    correct_within(belief, &mut support, log_likelihood)
+}
+
+/// [`correct`] where the belief has mass, according to `support`, which is what it is after as well.
+fn correct_within(
+    belief: &mut Belief,
+    support: &mut Support,
+    log_likelihood: &[f64],
+) -> Result<f64> {
     if log_likelihood.len() != belief.mass().len() {
         let (values, places) = (log_likelihood.len(), belief.mass().len());
         return Err(Error::work(format!(
             "likelihood: {values} values for {places} places"
         )));
     }
-    // Only places that are believed in may set the scale: if the best of all places were far off, all the others could
-    // underflow together.
-    let pairs = belief.mass().par_iter().zip(log_likelihood);
-    let (best, valid) = pairs
-        .map(|(&mass, &l)| {
-            let counts = if mass > 0.0 { l } else { f64::NEG_INFINITY };
-            (counts, l < f64::INFINITY) // false for NaN too
-        })
-        .reduce(
-            || (f64::NEG_INFINITY, true),
-            |a, b| (a.0.max(b.0), a.1 && b.1),
-        );
-    if !valid {
-        return Err(Error::work("likelihood: a value is NaN or infinite"));
-    }
-    if best == f64::NEG_INFINITY {
-        return Err(Error::work(
-            "likelihood: 0 at every place that the belief holds possible; expected a floor for the unmodelled",
-        ));
-    }
-    let masses = belief.mass_mut().par_iter_mut();
-    masses.zip(log_likelihood).for_each(|(mass, l)| {
-        if *mass > 0.0 {
-            *mass *= (l - best).exp();
-        }
-    });
-    Ok(best + belief.normalise().ln())
+    correction::weigh(belief.mass_mut(), support, log_likelihood)
 }
 
 /// Bel(ξ) ← ∫ P(ξ|ξ̃, a) Bel(ξ̃) dξ̃ (eq. 19), with the movement that odometry reports, in the robot's frame, as a.
@@ -148,18 +156,124 @@ pub fn predict(
     motion: &OdometryMotion,
     step: &Displacement,
 ) -> Result<()> {
+    let mut support = Support::everywhere(grid.len(), grid.lattice().len());
+    let mut workspace = Workspace::default();
+    predict_within(belief, grid, motion, step, &mut support, &mut workspace)
+}
+
+fn predict_within(
+    belief: &mut Belief,
+    grid: &Grid,
+    motion: &OdometryMotion,
+    step: &Displacement,
+    support: &mut Support,
+    workspace: &mut Workspace,
+) -> Result<()> {
     if !(step.forward_m + step.left_m + step.turn_rad).is_finite() {
         return Err(Error::work(format!("odometry: {step:?} is not a movement")));
     }
     if belief.mass().len() != grid.len() {
         return Err(not_its_cells());
     }
-    let moved = transport::moved(grid, motion, step, belief.mass());
-    *belief.mass_mut() = moved;
-    belief.normalise();
+    let mass = belief.mass_mut();
+    transport::step(grid, motion, step, mass, support, workspace);
     Ok(())
 }
 
 fn not_its_cells() -> Error {
     Error::work("belief: its places are not the cells of the grid")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::belief::NEGLIGIBLE, *};
+    use crate::{
+        belief::{
+            Places,
+            laws::{bend, corridor, grid, step},
+        },
+        geometry::Pose,
+    };
+
+    /// Where there is 10⁻⁹⁹ of the mass, 10⁻¹⁰¹ and the rest; nothing moves.
+    #[test]
+    fn only_what_is_below_the_threshold_is_dropped() {
+        let grid = grid(&corridor());
+        let mut mass = vec![0.0; grid.len()];
+        (mass[2], mass[30], mass[50]) = (1e-99, 1.0, 1e-101);
+        let belief = Belief::from_mass(grid.places(), mass.clone()).unwrap();
+        let mut robot = BayesFilter::new(&grid, OdometryMotion::exact(), belief).unwrap();
+        for _ in 0..2 {
+            robot.predict(&step(0.0, 0.0, 0.0)).unwrap();
+            robot.correct(&vec![-1.0; grid.len()]).unwrap();
+            for (cell, (now, start)) in robot.belief().mass().iter().zip(&mass).enumerate() {
+                assert!((now - start).abs() < NEGLIGIBLE + 1e-12 * start, "{cell}");
+            }
+            assert_eq!(robot.belief().mass()[50], 0.0);
+        }
+    }
+
+    #[test]
+    fn passing_by_cells_without_mass_changes_no_bit() {
+        let here = Places::Plane(vec![Pose::new(2.0, 0.1, 0.4)]);
+        for (mapped, start) in [(bend(), here), (corridor(), Places::Route(vec![3.0]))] {
+            let grid = grid(&mapped);
+            let prior = Belief::around(grid.places(), &start, 0, 0.1, 0.1).unwrap();
+            let motion = OdometryMotion {
+                rotation_floor_rad: 0.3,
+                translation_floor_m: 0.2,
+                ..OdometryMotion::default()
+            };
+            let mut selective = BayesFilter::new(&grid, motion, prior).unwrap();
+            let mut full = selective.clone();
+            let mut passed_by = 0;
+            for t in 0..30 {
+                full.support.held_mut().fill(true);
+                let forward_m = if t % 8 < 4 { 0.4 } else { -0.35 };
+                for robot in [&mut selective, &mut full] {
+                    robot.predict(&step(forward_m, 0.05, 0.2)).unwrap();
+                }
+                assert_eq!(selective.belief(), full.belief(), "step {t}");
+                let log: Vec<f64> = (0..grid.len())
+                    .map(|cell| -40.0 * grid.places().distance_m(cell, &start, 0).min(3.0))
+                    .collect();
+                full.support.held_mut().fill(true);
+                let evidence =
+                    [&mut selective, &mut full].map(|robot| robot.correct(&log).unwrap());
+                assert_eq!(evidence[0], evidence[1]);
+                assert_eq!(selective.belief(), full.belief(), "correction {t}");
+                let held = selective.support.held();
+                passed_by += held.iter().filter(|held| !**held).count();
+                for (blocks, masses) in held
+                    .chunks(selective.support.blocks())
+                    .zip(selective.belief().mass().chunks(selective.support.sites()))
+                {
+                    for (held, masses) in blocks.iter().zip(masses.chunks(BLOCK)) {
+                        assert_eq!(*held, masses.iter().any(|m| *m > 0.0));
+                    }
+                }
+            }
+            assert!(
+                matches!(mapped, Places::Route(_)) || passed_by > 30,
+                "{passed_by}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_new_belief_is_looked_at_everywhere() {
+        let grid = grid(&bend());
+        let at = |x_m: f64| {
+            let place = Places::Plane(vec![Pose::new(x_m, 0.0, 0.0)]);
+            Belief::around(grid.places(), &place, 0, 0.05, 0.1).unwrap()
+        };
+        let movement = step(0.3, 0.0, 0.1);
+        let mut robot = BayesFilter::new(&grid, OdometryMotion::default(), at(0.5)).unwrap();
+        robot.predict(&movement).unwrap();
+        robot.restart(at(5.0)).unwrap();
+        robot.predict(&movement).unwrap();
+        let mut fresh = at(5.0);
+        predict(&mut fresh, &grid, &OdometryMotion::default(), &movement).unwrap();
+        assert_eq!(robot.belief(), &fresh);
+    }
 }

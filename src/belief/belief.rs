@@ -5,6 +5,10 @@ use crate::error::{Error, Result};
 use rayon::prelude::*;
 use std::sync::Arc;
 
+/// What is left of a mass below this is 0: no evidence will ever bring such a place back, and a filter passes by cells
+/// without mass. Of a belief over n cells a step drops less than n · 10⁻¹⁰⁰.
+pub(super) const NEGLIGIBLE: f64 = 1e-100;
+
 /// Bel(ξ) (Thrun 1998, eq. 1): a mass for each of some places, the cells of a grid as a rule, that sums to 1.
 ///
 /// ```
@@ -164,22 +168,20 @@ impl Belief {
         sum_in_blocks(self.mass.len(), |cell| term(cell, self.mass[cell]))
     }
 
-    /// Replaces the masses, which need not sum to 1 yet; follow it by [`Belief::normalise`].
-    pub(super) fn mass_mut(&mut self) -> &mut Vec<f64> {
+    /// The masses, for the steps of the filter; they leave them normalised.
+    pub(super) fn mass_mut(&mut self) -> &mut [f64] {
         &mut self.mass
     }
 
-    /// Bel(ξ) ← Bel(ξ) [∫ Bel(ξ̃) dξ̃]⁻¹ (eq. 18). What is left of a mass below 10⁻²⁸⁰ is 0: numbers near the end of the
-    /// range of `f64` are slow, and no evidence will ever bring such a place back. Returns the sum before, ∫ Bel(ξ̃) dξ̃.
-    pub(super) fn normalise(&mut self) -> f64 {
+    /// Bel(ξ) ← Bel(ξ) [∫ Bel(ξ̃) dξ̃]⁻¹ (eq. 18); what is below [`NEGLIGIBLE`] becomes 0.
+    fn normalise(&mut self) {
         let total = sum_in_blocks(self.mass.len(), |cell| self.mass[cell]);
         self.mass.par_iter_mut().for_each(|mass| {
             *mass /= total;
-            if *mass < 1e-280 {
+            if *mass < NEGLIGIBLE {
                 *mass = 0.0;
             }
         });
-        total
     }
 }
 

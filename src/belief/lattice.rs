@@ -17,22 +17,23 @@ pub(super) struct Lattice {
     origin_m: [f64; 2],
     /// (row, column), sorted.
     sites: Vec<(i64, i64)>,
-    /// Stretches of neighbouring sites of one row.
+    /// Stretches of neighbouring sites of one row, sorted as the sites are.
     rows: Vec<Run>,
-    /// Sites column by column, and the stretches of neighbours in that order.
-    column_order: Vec<usize>,
-    columns: Vec<Range<usize>>,
+    extent: usize,
 }
 
+/// A stretch of neighbouring sites of one row.
 #[derive(Debug, Clone, PartialEq)]
-struct Run {
-    row: i64,
-    column: i64,
-    sites: Range<usize>,
+pub(super) struct Run {
+    pub(super) row: i64,
+    /// Of its first site.
+    pub(super) column: i64,
+    pub(super) sites: Range<usize>,
 }
 
 impl Run {
-    fn end_column(&self) -> i64 {
+    /// The column after its last.
+    pub(super) fn end_column(&self) -> i64 {
         self.column + self.sites.len() as i64
     }
 }
@@ -97,20 +98,16 @@ impl Lattice {
                 sites: run,
             })
             .collect();
-        let mut column_order: Vec<usize> = (0..sites.len()).collect();
-        column_order.sort_unstable_by_key(|&site| (sites[site].1, sites[site].0));
-        let columns = stretches(sites.len(), |i| {
-            let (row, column) = sites[column_order[i]];
-            (column, row)
-        })
-        .collect();
+        let span = |along: fn(&(i64, i64)) -> i64| {
+            let (low, high) = (sites.iter().map(along).min(), sites.iter().map(along).max());
+            low.zip(high).map_or(0, |(low, high)| (high - low) as usize)
+        };
         Self {
             cell_m,
             origin_m,
+            extent: 1 + span(|s| s.0).max(span(|s| s.1)),
             sites,
             rows,
-            column_order,
-            columns,
         }
     }
 
@@ -125,12 +122,7 @@ impl Lattice {
 
     /// Largest distance between two columns or two rows: nothing can be shifted or blurred farther.
     pub(super) fn extent(&self) -> usize {
-        let rows = self.sites.iter().map(|s| s.0);
-        let columns = self.sites.iter().map(|s| s.1);
-        let span = |low: Option<i64>, high: Option<i64>| {
-            low.zip(high).map_or(0, |(low, high)| (high - low) as usize)
-        };
-        1 + span(rows.clone().min(), rows.max()).max(span(columns.clone().min(), columns.max()))
+        self.extent
     }
 
     /// Centre of a site, in metres.
@@ -149,69 +141,38 @@ impl Lattice {
         self.sites.binary_search(&wanted).ok()
     }
 
-    /// Adds `weight` times `source`, moved by whole sites, to `target`; what leaves the lattice is dropped.
-    pub(super) fn add_shifted(
-        &self,
-        source: &[f64],
-        target: &mut [f64],
-        columns: i64,
-        rows: i64,
-        weight: f64,
-    ) {
-        for run in &self.rows {
-            // Where this stretch comes from, in whole sites.
-            let (row, from, to) = (
-                run.row - rows,
-                run.column - columns,
-                run.end_column() - columns,
-            );
-            let first = self
-                .rows
-                .partition_point(|other| (other.row, other.end_column()) <= (row, from));
-            for other in &self.rows[first..] {
-                if other.row != row || other.column >= to {
-                    break;
-                }
-                let (low, high) = (from.max(other.column), to.min(other.end_column()));
-                let length = (high - low) as usize;
-                let into = run.sites.start + (low - from) as usize;
-                let out_of = other.sites.start + (low - other.column) as usize;
-                let pairs = target[into..into + length]
-                    .iter_mut()
-                    .zip(&source[out_of..out_of + length]);
-                pairs.for_each(|(t, s)| *t += weight * s);
-            }
-        }
+    /// Stretches of neighbouring sites of one row, from south to north, each row from west to east.
+    pub(super) fn runs(&self) -> &[Run] {
+        &self.rows
     }
 
-    /// Calls `each` with (stretch of a row, room for its result), for all rows.
-    pub(super) fn along_rows(
+    /// (number of a run, offset, sites) for all runs that lie in `columns` of `row` or begin or end there: the sites are those
+    /// in `columns`, the first of them at `offset` from the first column.
+    ///
+    /// `cursor` is 0 at first and then belongs to calls that ask for one row after the other, from south to north, and in a
+    /// row from west to east.
+    pub(super) fn overlaps(
         &self,
-        source: &[f64],
-        target: &mut [f64],
-        mut each: impl FnMut(&[f64], &mut [f64]),
-    ) {
-        for run in &self.rows {
-            each(&source[run.sites.clone()], &mut target[run.sites.clone()]);
+        cursor: &mut usize,
+        row: i64,
+        columns: Range<i64>,
+    ) -> impl Iterator<Item = (usize, usize, Range<usize>)> {
+        while let Some(run) = self.rows.get(*cursor)
+            && (run.row, run.end_column()) <= (row, columns.start)
+        {
+            *cursor += 1;
         }
-    }
-
-    /// The same for all columns; `source` is used as room to work in.
-    pub(super) fn along_columns(
-        &self,
-        source: &mut [f64],
-        target: &mut [f64],
-        mut each: impl FnMut(&[f64], &mut [f64]),
-    ) {
-        for (t, &site) in target.iter_mut().zip(&self.column_order) {
-            *t = source[site];
-        }
-        for stretch in &self.columns {
-            each(&target[stretch.clone()], &mut source[stretch.clone()]);
-        }
-        for (s, &site) in source.iter().zip(&self.column_order) {
-            target[site] = *s;
-        }
+        let candidates = self.rows.iter().enumerate().skip(*cursor);
+        let end = columns.end;
+        candidates
+            .take_while(move |(_, run)| run.row == row && run.column < end)
+            .map(move |(number, run)| {
+                let low = columns.start.max(run.column);
+                let high = columns.end.min(run.end_column());
+                let first = run.sites.start + (low - run.column) as usize;
+                let sites = first..first + (high - low) as usize;
+                (number, (low - columns.start) as usize, sites)
+            })
     }
 }
 

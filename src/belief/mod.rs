@@ -7,6 +7,8 @@
 pub mod bayes;
 #[allow(clippy::module_inception)] // the room's main noun is its name
 pub mod belief;
+mod columns;
+mod correction;
 pub mod evidence;
 pub mod grid;
 mod kernel;
@@ -19,6 +21,7 @@ pub mod neighbours;
 pub mod places;
 pub mod prior;
 pub mod signal_field;
+mod support;
 mod transport;
 
 #[cfg(test)]

@@ -8,27 +8,103 @@
 //! At the border: noise can't push the robot through a wall, so the blur keeps that mass where it is. A movement that ends
 //! off the grid did not happen, since the robot is on it: that mass is dropped, and normalising makes up for it.
 
-use super::{grid::Grid, kernel::Kernel, lattice::Lattice, motion::OdometryMotion, places::Places};
-use crate::geometry::Displacement;
+//!
+//! Headings are moved one by one into the workspace, which sums their masses as it goes; then bands of sites, all headings
+//! of a band, are turned back into the belief, already normalised. Both pass by blocks without mass.
+
+use super::{
+    belief::NEGLIGIBLE,
+    columns::Columns,
+    grid::Grid,
+    kernel::Kernel,
+    lattice::Lattice,
+    motion::OdometryMotion,
+    places::Places,
+    support::{BLOCK, Layer, Support},
+};
+use crate::{geometry::Displacement, simd};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// The masses after a movement, not normalised.
-pub(super) fn moved(
+/// Room to work in, kept from step to step: as many masses as the belief has.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Workspace {
+    mass: Vec<f64>,
+    held: Vec<bool>,
+    columns: Option<Columns>,
+}
+
+/// How the masses of one heading move.
+struct Move {
+    shift: [Shift; 2],
+    kernels: [Kernel; 2],
+}
+
+/// Replaces the masses by those after a movement, normalised, and says where they are.
+pub(super) fn step(
     grid: &Grid,
     motion: &OdometryMotion,
     step: &Displacement,
-    mass: &[f64],
-) -> Vec<f64> {
-    let lattice = grid.lattice();
+    mass: &mut [f64],
+    support: &mut Support,
+    workspace: &mut Workspace,
+) {
+    let (lattice, blocks) = (grid.lattice(), support.blocks());
+    let moves: Vec<Move> = (0..grid.headings())
+        .map(|heading| Move::new(grid, motion, step, heading))
+        .collect();
+    workspace.mass.resize(mass.len(), 0.0);
+    workspace.held.resize(support.held().len(), false);
+    let reach = moves.iter().map(|m| m.kernels[1].radius()).max();
+    let reach = reach.unwrap_or(0);
+    let columns = workspace.columns.take();
+    let columns = columns
+        .filter(|columns| columns.reach() >= reach)
+        .unwrap_or_else(|| Columns::new(lattice, reach));
+
     let sites = lattice.len();
-    let variance_m2 = motion.position_variance_m2(step);
-    let mut moved = vec![0.0; mass.len()];
-    let planes = moved
+    let sources = mass
         .par_chunks_mut(sites)
-        .zip(mass.par_chunks(sites))
-        .enumerate();
-    planes.for_each(|(heading, (target, source))| {
+        .zip(support.held_mut().par_chunks_mut(blocks));
+    let targets = workspace
+        .mass
+        .par_chunks_mut(sites)
+        .zip(workspace.held.par_chunks_mut(blocks));
+    let totals: Vec<f64> = sources
+        .zip(targets)
+        .zip(&moves)
+        .map(|(((mass, held), (moved, moved_held)), how)| {
+            let mut target = Layer::new(moved, moved_held);
+            target.forget();
+            let source = Layer::new(mass, held);
+            if source.is_empty() {
+                return 0.0;
+            }
+            simd::run(MoveLayer {
+                lattice,
+                columns: &columns,
+                how,
+                stall: motion.stall_probability,
+                source,
+                target,
+            })
+        })
+        .collect();
+    workspace.columns = Some(columns);
+
+    let mut weights = match grid.headings() {
+        1 => vec![1.0],
+        headings => turn_weights(headings, motion, step),
+    };
+    // Turning keeps mass, so what it adds up to is known.
+    let total: f64 = totals.iter().sum();
+    weights.iter_mut().for_each(|weight| *weight /= total);
+    turn(&weights, workspace, mass, support);
+}
+
+impl Move {
+    fn new(grid: &Grid, motion: &OdometryMotion, step: &Displacement, heading: usize) -> Self {
+        let lattice = grid.lattice();
         let (east_m, north_m) = match **grid.places() {
             // A step along the route is as long as the way, forwards or backwards.
             Places::Route(_) => (step.distance_m().copysign(step.forward_m), 0.0),
@@ -39,22 +115,10 @@ pub(super) fn moved(
             }
         };
         let shift = [east_m, north_m].map(|d| Shift::new(d / lattice.cell_m(), lattice.extent()));
-        let variance = variance_m2 / (lattice.cell_m() * lattice.cell_m());
+        let variance = motion.position_variance_m2(step) / (lattice.cell_m() * lattice.cell_m());
         let kernels = shift.map(|s| Kernel::gaussian(variance - s.variance(), lattice.extent()));
-        move_plane(
-            lattice,
-            shift,
-            &kernels,
-            motion.stall_probability,
-            source,
-            target,
-        );
-    });
-    if grid.headings() == 1 {
-        return moved;
+        Self { shift, kernels }
     }
-    let weights = turn_weights(grid.headings(), motion, step);
-    turn_planes(&weights, sites, &moved)
 }
 
 /// A distance in cells, cut into a whole number and a fraction in [0, 1).
@@ -82,38 +146,104 @@ impl Shift {
     }
 }
 
-/// Moves and blurs the masses of one heading.
-fn move_plane(
-    lattice: &Lattice,
-    [east, north]: [Shift; 2],
-    [along_rows, along_columns]: &[Kernel; 2],
+/// Moves and blurs the masses of one heading, and returns their sum; `source` is room to work in afterwards.
+struct MoveLayer<'a> {
+    lattice: &'a Lattice,
+    columns: &'a Columns,
+    how: &'a Move,
     stall: f64,
-    source: &[f64],
-    target: &mut [f64],
+    source: Layer<'a>,
+    target: Layer<'a>,
+}
+
+impl simd::Kernel for MoveLayer<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(mut self) -> f64 {
+        let (mut row, target) = (Vec::new(), &mut self.target);
+        let [along_rows, along_columns] = &self.how.kernels;
+        let shift = &self.how.shift;
+        shift_layer(
+            self.lattice,
+            shift,
+            self.stall,
+            &self.source,
+            target,
+            &mut row,
+        );
+        if !along_rows.is_identity() {
+            blur_rows(self.lattice, along_rows, target, &mut row);
+        }
+        if !along_columns.is_identity() {
+            let blurred = &mut self.source;
+            self.columns
+                .blur(self.lattice, along_columns, target, blurred);
+            target.copy_from(blurred);
+        }
+        target.sum()
+    }
+}
+
+/// Adds what stalls where it is, and the rest where it moves to; what leaves the lattice is dropped.
+#[inline(always)]
+fn shift_layer(
+    lattice: &Lattice,
+    [east, north]: &[Shift; 2],
+    stall: f64,
+    source: &Layer,
+    target: &mut Layer,
+    row: &mut Vec<f64>,
 ) {
-    target
-        .iter_mut()
-        .zip(source)
-        .for_each(|(t, s)| *t = stall * s);
-    for (columns, weight_east) in [(0, 1.0 - east.fraction), (1, east.fraction)] {
-        for (rows, weight_north) in [(0, 1.0 - north.fraction), (1, north.fraction)] {
-            let weight = (1.0 - stall) * weight_east * weight_north;
-            if weight > 0.0 {
-                let (columns, rows) = (east.whole + columns, north.whole + rows);
-                lattice.add_shifted(source, target, columns, rows, weight);
+    let [near, far] = [1.0 - east.fraction, east.fraction].map(|share| (1.0 - stall) * share);
+    let mut taps = [
+        (north.whole, 1.0 - north.fraction, 0),
+        (north.whole + 1, north.fraction, 0),
+    ];
+    for run in lattice.runs() {
+        let span = source.span(&run.sites);
+        if span.is_empty() {
+            continue;
+        }
+        let masses = source.mass(span.clone());
+        target.add(span.start, masses, stall);
+        // The row between the columns, then shared between two rows.
+        let n = masses.len();
+        row.resize(n + 1, 0.0);
+        row[0] = near * masses[0];
+        row[n] = far * masses[n - 1];
+        let pairs = masses[1..].iter().zip(masses);
+        for (t, (own, left)) in row[1..n].iter_mut().zip(pairs) {
+            *t = near * own + far * left;
+        }
+        let shared = &row[..n + usize::from(far > 0.0)];
+        let first = run.column + (span.start - run.sites.start) as i64 + east.whole;
+        let columns = first..first + shared.len() as i64;
+        for (rows, weight, cursor) in &mut taps {
+            if *weight > 0.0 {
+                let row = run.row + *rows;
+                for (_, offset, sites) in lattice.overlaps(cursor, row, columns.clone()) {
+                    target.add(sites.start, &shared[offset..offset + sites.len()], *weight);
+                }
             }
         }
     }
-    let mut blurred = vec![0.0; target.len()];
-    if !along_rows.is_identity() {
-        lattice.along_rows(target, &mut blurred, |from, to| along_rows.blur(from, to));
-        target.copy_from_slice(&blurred);
-    }
-    if !along_columns.is_identity() {
-        lattice.along_columns(target, &mut blurred, |from, to| {
-            along_columns.blur(from, to)
-        });
-        target.copy_from_slice(&blurred);
+}
+
+#[inline(always)]
+fn blur_rows(lattice: &Lattice, kernel: &Kernel, layer: &mut Layer, row: &mut Vec<f64>) {
+    let mut padded = Vec::new();
+    for run in lattice.runs() {
+        let span = layer.span(&run.sites);
+        if span.is_empty() {
+            continue;
+        }
+        row.clear();
+        row.extend_from_slice(layer.mass(span.clone()));
+        let (before, after) = (span.start - run.sites.start, run.sites.end - span.end);
+        let (left, right) = kernel.reach(before, row.len(), after);
+        let target = layer.mass_mut(span.start - left..span.end + right);
+        kernel.blur(before, row, after, &mut padded, target);
     }
 }
 
@@ -135,22 +265,141 @@ fn turn_weights(headings: usize, motion: &OdometryMotion, step: &Displacement) -
     weights
 }
 
-/// Shares each heading's plane among the headings it may have turned to.
-fn turn_planes(weights: &[f64], sites: usize, mass: &[f64]) -> Vec<f64> {
+/// Bytes of the masses of a band, all headings: they should stay in a core's cache while they are turned.
+const BAND_BYTES: usize = 512 * 1024;
+
+/// Shares the masses of each heading among the headings it may have turned to. Less than [`NEGLIGIBLE`] becomes 0, and
+/// blocks without mass are held no more.
+fn turn(weights: &[f64], moved: &Workspace, mass: &mut [f64], support: &mut Support) {
     let headings = weights.len();
-    let mut turned = vec![0.0; mass.len()];
-    turned
-        .par_chunks_mut(sites)
+    let taps: Vec<(usize, f64)> = weights
+        .iter()
+        .copied()
         .enumerate()
-        .for_each(|(heading, target)| {
-            for (turn, &weight) in weights.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-                let from = (heading + headings - turn) % headings;
-                let source = &mass[from * sites..(from + 1) * sites];
-                target
-                    .iter_mut()
-                    .zip(source)
-                    .for_each(|(t, s)| *t += weight * s);
-            }
+        .filter(|(_, weight)| *weight > 0.0)
+        .collect();
+    let (sites, blocks) = (support.sites(), support.blocks());
+    let band = (BAND_BYTES / size_of::<f64>() / headings / BLOCK).max(1);
+    let masses = bands(mass, sites, band * BLOCK).into_par_iter();
+    let held = bands(support.held_mut(), blocks, band).into_par_iter();
+    masses
+        .zip(held)
+        .enumerate()
+        .for_each(|(number, (masses, held))| {
+            let first_block = number * band;
+            simd::run(TurnBand {
+                taps: &taps,
+                moved,
+                sites,
+                first_block,
+                masses,
+                held,
+            });
         });
-    turned
+}
+
+/// Fills a band of all headings.
+struct TurnBand<'a> {
+    /// Headings turned by, and the share of the mass that is.
+    taps: &'a [(usize, f64)],
+    moved: &'a Workspace,
+    /// Of a layer.
+    sites: usize,
+    first_block: usize,
+    masses: Vec<&'a mut [f64]>,
+    held: Vec<&'a mut [bool]>,
+}
+
+impl simd::Kernel for TurnBand<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let (moved, headings) = (self.moved, self.masses.len());
+        let blocks = self.sites.div_ceil(BLOCK);
+        let (mut sources, mut carried) = (Vec::new(), Vec::new());
+        for (heading, (masses, held)) in self.masses.into_iter().zip(self.held).enumerate() {
+            // Where the blocks of this band begin in each layer turned from.
+            carried.clear();
+            for &(turn, weight) in self.taps {
+                let from = (heading + headings - turn) % headings;
+                let held = &moved.held[from * blocks + self.first_block..][..held.len()];
+                if held.contains(&true) {
+                    let start = from * self.sites + self.first_block * BLOCK;
+                    let masses = &moved.mass[start..start + masses.len()];
+                    carried.push((weight, held, masses));
+                }
+            }
+            let mut block = 0;
+            while block < held.len() {
+                // As many blocks as the same layers hold.
+                let mut end = block + 1;
+                while end < held.len()
+                    && carried.iter().all(|(_, held, _)| held[end] == held[block])
+                {
+                    end += 1;
+                }
+                let sites = block * BLOCK..(end * BLOCK).min(masses.len());
+                sources.clear();
+                for (weight, held, masses) in &carried {
+                    if held[block] {
+                        sources.push((*weight, &masses[sites.clone()]));
+                    }
+                }
+                let targets = masses[sites].chunks_mut(BLOCK);
+                let targets = targets.zip(&mut held[block..end]);
+                if sources.is_empty() {
+                    for (target, held) in targets {
+                        if std::mem::take(held) {
+                            target.fill(0.0);
+                        }
+                    }
+                } else {
+                    for (number, (target, held)) in targets.enumerate() {
+                        mix(&sources, number * BLOCK, target);
+                        *held = target.iter().any(|mass| *mass > 0.0);
+                    }
+                }
+                block = end;
+            }
+        }
+    }
+}
+
+/// The weighted sum of the sources' masses from `at` on.
+#[inline(always)]
+fn mix(sources: &[(f64, &[f64])], mut at: usize, target: &mut [f64]) {
+    const TOGETHER: usize = 32;
+    let (parts, rest) = target.as_chunks_mut::<TOGETHER>();
+    for part in parts {
+        let mut sums = [0.0; TOGETHER];
+        for (weight, source) in sources {
+            for (sum, mass) in sums.iter_mut().zip(&source[at..][..TOGETHER]) {
+                *sum += weight * mass;
+            }
+        }
+        for (t, sum) in part.iter_mut().zip(sums) {
+            *t = if sum < NEGLIGIBLE { 0.0 } else { sum };
+        }
+        at += TOGETHER;
+    }
+    for t in rest {
+        let mut sum = 0.0;
+        for (weight, source) in sources {
+            sum += weight * source[at];
+        }
+        *t = if sum < NEGLIGIBLE { 0.0 } else { sum };
+        at += 1;
+    }
+}
+
+/// Cuts layers of `layer` items each into bands of `band` items, and lists the layers' parts of each band.
+fn bands<T>(items: &mut [T], layer: usize, band: usize) -> Vec<Vec<&mut [T]>> {
+    let mut bands: Vec<Vec<&mut [T]>> = (0..layer.div_ceil(band)).map(|_| Vec::new()).collect();
+    for layer in items.chunks_mut(layer) {
+        for (band, part) in bands.iter_mut().zip(layer.chunks_mut(band)) {
+            band.push(part);
+        }
+    }
+    bands
 }
