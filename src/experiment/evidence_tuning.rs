@@ -23,7 +23,9 @@ use rayon::prelude::*;
 use std::{f64::consts::SQRT_2, sync::Arc};
 
 /// Powers that evidence is tuned over.
-pub const SCALES: [f64; 9] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625];
+pub const SCALES: [f64; 10] = [
+    8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625,
+];
 
 /// A belief within this distance of the truth is right, in metres. A single cell would ask for more than a grid can say: where
 /// the truth lies on a border between cells, a sharp belief takes the wrong one, and every evidence would seem too sharp.
