@@ -130,7 +130,7 @@ fn monte_carlo<'a>(
         5_000 => "monte_carlo".to_string(),
         _ => format!("monte_carlo_{particles}"),
     };
-    let title = format!("{} thousand particles", particles / 1000);
+    let title = format!("map, {},000 particles", particles / 1000);
     Ok(context.localiser(&name, &title, Box::new(localiser)))
 }
 
