@@ -119,8 +119,15 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
 
 /// Plays the trials, with a bar.
 pub(super) fn play(models: &[&Model], parts: &Parts, config: &LocaliseConfig) -> Result<Record> {
+    // Maps are made, and their evidence tuned, before the first method plays.
+    let mut ready = Progress::new("getting ready", 1);
+    ready.at(0, "maps, and how much evidence counts");
+    let mut ready = Some(ready);
     let mut bar: Option<Progress> = None;
     let record = localisation::localise(models, parts, config, &mut |at| {
+        if let Some(ready) = ready.take() {
+            ready.done();
+        }
         let bar = bar.get_or_insert_with(|| Progress::new("localising", at.all));
         bar.at(at.done, at.next);
     })?;
