@@ -153,8 +153,16 @@ pub fn tuned_bandwidth(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::localiser::sensor_model::least_mean_squares;
+    use crate::{
+        belief::GridConfig,
+        geometry::Pose,
+        localiser::sensor_model::least_mean_squares,
+        recording::{Channel, Columns},
+        seed::Stream,
+    };
     use ndarray::{Array2, array};
+    use rand::RngExt;
+    use rand_distr::StandardNormal;
 
     /// Tuned on one validation snapshot at the first of three places, where it reads `seen`.
     fn tuned(seen: f32) -> f64 {
@@ -163,6 +171,78 @@ mod tests {
         let square = least_mean_squares(array![[seen]].view(), &[scans]);
         let validation = Places::Route(vec![0.0]);
         tuned_bandwidth(Uncertainty::Global, &validation, &candidates, square.view())
+    }
+
+    /// A reading of the way along a route, off by a metre or so each time, that counts as if it were `times` readings.
+    struct Repeats {
+        reading_m: Vec<f64>,
+        times: f64,
+    }
+
+    impl PreparedSensorModel for Repeats {
+        fn log_likelihood(&self, k: usize, belief: &Belief, _: &mut Stream) -> Result<Vec<f64>> {
+            let Places::Route(cells) = &**belief.places() else {
+                unreachable!("cells along a route")
+            };
+            let gaussian = |x_m: &f64| -0.5 * self.times * (x_m - self.reading_m[k]).powi(2);
+            Ok(cells.iter().map(gaussian).collect())
+        }
+    }
+
+    #[test]
+    fn evidence_that_counts_twice_is_halved() {
+        let way_m: Vec<f64> = (0..120).map(|k| 0.5 * f64::from(k)).collect();
+        let pose = |x_m: &f64| Pose::new(*x_m, 0.0, 0.0);
+        let poses: Vec<Pose> = way_m.iter().map(pose).collect();
+        let light = Channel {
+            name: "light".into(),
+            width: 1,
+            unit: String::new(),
+            bearing_rad: None,
+            maximum: None,
+        };
+        let recording = Recording::new(Columns {
+            channels: vec![light],
+            values: Array2::zeros((120, 1)),
+            stamp_s: (0..120).map(f64::from).collect(),
+            odometry: poses.clone(),
+            pose: poses,
+            route_m: Some(way_m.clone()),
+            run: vec![0; 120],
+            ..Columns::default()
+        })
+        .unwrap();
+        let places = Places::of(&recording);
+        let grid = Arc::new(Grid::over(&places, &GridConfig::default()).unwrap());
+        let trials: Vec<Trial> = (0..6)
+            .map(|stretch| Trial {
+                stretch,
+                unit: stretch,
+                snapshots: (20 * stretch..20 * stretch + 20).collect(),
+                travelled_m: way_m[..20].to_vec(),
+            })
+            .collect();
+        let sequences = Sequences {
+            recording: &recording,
+            places: &places,
+            trials: &trials,
+            grid: &grid,
+            motion: &OdometryMotion::exact(),
+        };
+        let mut random = Seed(3).stream("readings");
+        let mut reading = |x_m: &f64| -> f64 { x_m + random.sample::<f64, _>(StandardNormal) };
+        let reading_m: Vec<f64> = way_m.iter().map(&mut reading).collect();
+        let tuned = |times: f64| {
+            let reading_m = reading_m.clone();
+            let sensor = Repeats { reading_m, times };
+            sequences.tuned(&sensor, Seed(1)).unwrap()
+        };
+        let (once, eight_times) = (tuned(1.0), tuned(8.0));
+        assert!((0.5..=2.0).contains(&once), "{once}");
+        assert!(
+            (once / eight_times - 8.0).abs() < 1e-9,
+            "{once} {eight_times}"
+        );
     }
 
     #[test]

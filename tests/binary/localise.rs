@@ -309,7 +309,8 @@ fn the_demo_goes_all_the_way() {
         .lines()
         .filter(|l| l.starts_with("4 learned, "))
         .collect();
-    assert_eq!(lines.len(), 4, "{}", answer.stdout); // of each prior, alone and with the map
+    // Of each prior: alone, with the map, with the field of the readings.
+    assert_eq!(lines.len(), 6, "{}", answer.stdout);
     for file in [
         "corridor.npz",
         "corridor-2m.safetensors",
