@@ -49,7 +49,7 @@ pub struct Sequences<'a> {
 }
 
 impl Sequences<'_> {
-    /// Mean −ln Bel of the true place, all within [`NEAR_M`] of it, over all sequences, each from a start anywhere, in nats a
+    /// Mean −ln Bel of the true place, all within half a metre of it, over all sequences, each from a start anywhere, in nats a
     /// snapshot; snapshots off the grid don't count.
     ///
     /// # Errors
