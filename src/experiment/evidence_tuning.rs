@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn evidence_that_counts_twice_is_halved() {
-        let way_m: Vec<f64> = (0..120).map(|k| 0.5 * f64::from(k)).collect();
+        let way_m: Vec<f64> = (0..600).map(|k| 0.5 * f64::from(k)).collect();
         let pose = |x_m: &f64| Pose::new(*x_m, 0.0, 0.0);
         let poses: Vec<Pose> = way_m.iter().map(pose).collect();
         let light = Channel {
@@ -203,18 +203,18 @@ mod tests {
         };
         let recording = Recording::new(Columns {
             channels: vec![light],
-            values: Array2::zeros((120, 1)),
-            stamp_s: (0..120).map(f64::from).collect(),
+            values: Array2::zeros((600, 1)),
+            stamp_s: (0..600).map(f64::from).collect(),
             odometry: poses.clone(),
             pose: poses,
             route_m: Some(way_m.clone()),
-            run: vec![0; 120],
+            run: vec![0; 600],
             ..Columns::default()
         })
         .unwrap();
         let places = Places::of(&recording);
         let grid = Arc::new(Grid::over(&places, &GridConfig::default()).unwrap());
-        let trials: Vec<Trial> = (0..6)
+        let trials: Vec<Trial> = (0..30)
             .map(|stretch| Trial {
                 stretch,
                 unit: stretch,
