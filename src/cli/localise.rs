@@ -177,7 +177,8 @@ pub(super) fn write_text(path: &Path, text: &str) -> Result<()> {
     storage::write_file(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// Every method's figures in the array `systems`, each with its `name`; a single model's at the top as well.
+/// Every method's figures in the array `systems`, each with its `name`; a single model's at the top as well. A
+/// method that could not be made has a `fault` instead of figures.
 pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
     let failed = |e: serde_json::Error| Error::work(format!("result: {e}"));
     let mut all = serde_json::json!({
@@ -199,6 +200,9 @@ pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
         }
         figures["name"] = result.name.clone().into();
         systems.push(figures);
+    }
+    for absent in &record.left_out {
+        systems.push(serde_json::to_value(absent).map_err(failed)?);
     }
     all["systems"] = systems.into();
     Ok(all)

@@ -2,11 +2,11 @@
 
 use super::{
     kernels::kernels,
-    maps::{MapMethods, map_methods},
+    maps::{MAP, MapMethods, map_methods},
     methods::{FeatureAnswers, Method, MethodContext},
     product::product,
     sequences::evidence_scale,
-    signal_row::signal_field,
+    signal_row::{SIGNAL_FIELD, signal_field},
 };
 use crate::{
     belief::{Evidence, FeatureMap, Uncertainty},
@@ -32,20 +32,28 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
     if context.parts.source.is_some() {
         let n = context.model().features();
         let learned = all.len();
-        if let Some(MapMethods {
-            mut field,
-            particles,
-        }) = map_methods(context)?
-        {
-            let both = with_learned(context, &mut all[..learned], &mut field, "map")?;
-            all.extend(both);
-            all.push(field);
-            all.extend(particles);
+        match map_methods(context) {
+            Ok(None) => (),
+            Ok(Some(MapMethods {
+                mut field,
+                particles,
+            })) => {
+                let both = with_learned(context, &mut all[..learned], &mut field, "map")?;
+                all.extend(both);
+                all.push(field);
+                all.extend(particles);
+            }
+            // A rival that this recording does not allow must not keep the others from playing.
+            Err(fault) => all.push(context.left_out("likelihood_field", MAP, &fault)),
         }
-        if let Some(mut field) = signal_field(context)? {
-            let both = with_learned(context, &mut all[..learned], &mut field, "field")?;
-            all.extend(both);
-            all.push(field);
+        match signal_field(context) {
+            Ok(None) => (),
+            Ok(Some(mut field)) => {
+                let both = with_learned(context, &mut all[..learned], &mut field, "field")?;
+                all.extend(both);
+                all.push(field);
+            }
+            Err(fault) => all.push(context.left_out("signal_field", SIGNAL_FIELD, &fault)),
         }
         all.extend(kernels(context)?);
         if n != WIDE_BITS {

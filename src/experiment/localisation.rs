@@ -134,6 +134,20 @@ pub struct Record {
     pub priors: Vec<Uncertainty>,
     /// In the order that the methods played.
     pub results: Vec<MethodResult>,
+    /// Methods that could not be made.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A method that could not be made from this recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct LeftOut {
+    /// Key in results.
+    pub name: String,
+    /// In words.
+    pub title: String,
+    /// Why.
+    pub fault: String,
 }
 
 /// Plays all trials with the [default line-up](line_up) of these models. All of them must have learned from the same
@@ -182,13 +196,21 @@ pub fn play(
     }
     let trials = drawn(context)?;
     let all = methods.len();
-    let mut results = Vec::new();
+    let (mut results, mut left_out) = (Vec::new(), Vec::new());
     for (done, method) in methods.into_iter().enumerate() {
         progress(Progress {
             done,
             all,
             next: &method.title,
         });
+        if let AnswersBy::Nobody(fault) = method.answers {
+            left_out.push(LeftOut {
+                name: method.name,
+                title: method.title,
+                fault,
+            });
+            continue;
+        }
         let named = |e: Error| e.context(&method.name);
         let scale = evidence_scale(&method, context).map_err(named)?;
         let play = |known_start: bool| {
@@ -237,6 +259,7 @@ pub fn play(
         unseen_is_validation: parts.unseen_is_validation,
         priors: context.priors.clone(),
         results,
+        left_out,
     })
 }
 
@@ -251,7 +274,7 @@ fn recalled(
     };
     let ask = |sensor: &dyn PreparedSensorModel| recall(context, &Scaled::new(sensor, scale));
     match &method.answers {
-        AnswersBy::Odometry | AnswersBy::Localiser(_) => Ok(Vec::new()),
+        AnswersBy::Odometry | AnswersBy::Localiser(_) | AnswersBy::Nobody(_) => Ok(Vec::new()),
         AnswersBy::PreparedSensor(prepared) => ask(prepared.as_ref()),
         AnswersBy::Sensor(model) => ask(model
             .prepare(context.parts.run, &context.parts.unseen)?
@@ -292,6 +315,7 @@ fn summary(
         played(trials, |t, trial| filter.answers(t, trial))
     };
     let answers = match &method.answers {
+        AnswersBy::Nobody(fault) => return Err(Error::work(fault.clone())),
         AnswersBy::Odometry => sensor(None),
         AnswersBy::PreparedSensor(prepared) => sensor(Some(prepared.as_ref())),
         AnswersBy::Sensor(model) => {

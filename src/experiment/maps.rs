@@ -20,8 +20,8 @@ use crate::{
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Scatters of a beam's end about what it hit that are tried, in metres.
-const DEVIATIONS_M: [f64; 3] = [0.1, 0.2, 0.4];
+/// Scatters of a beam's end about what it hit that are tried, in metres; where nothing can be validated, the first is taken.
+const DEVIATIONS_M: [f64; 3] = [0.2, 0.1, 0.4];
 
 /// Snapshots of the validation part that are enough to choose one by.
 const MAX_VALIDATED: usize = 100;
@@ -35,6 +35,9 @@ pub(super) fn has_ranges(recording: &Recording, channels: &[String]) -> bool {
     let mut all = recording.channels().iter();
     all.any(|c| wanted(&c.name) && c.unit == "m" && c.bearing_rad.is_some())
 }
+
+/// The map in tables.
+pub(super) const MAP: &str = "occupancy map";
 
 /// What a user of a range sensor has.
 pub(super) struct MapMethods<'a> {
@@ -67,18 +70,17 @@ pub(super) fn map_methods<'a>(context: &MethodContext<'a>) -> Result<Option<MapM
         let model = LikelihoodFieldModel::at_poses(&field, training.clone())?;
         Ok((field, model))
     };
-    let mut best = (
-        f64::INFINITY,
-        alone(LikelihoodFieldConfig::default().deviation_m)?,
-    );
+    let mut best = None;
     for deviation_m in DEVIATIONS_M {
         let candidate = alone(deviation_m)?;
         let error_m = validation_error_m(context, &candidate.1)?;
-        if error_m < best.0 {
-            best = (error_m, candidate);
+        if best.as_ref().is_none_or(|(least_m, _)| error_m < *least_m) {
+            best = Some((error_m, candidate));
         }
     }
-    let (field, alone) = best.1;
+    let Some((_, (field, alone))) = best else {
+        return Ok(None);
+    };
     let at_cells = match &**context.grid.places() {
         Places::Plane(_) => LikelihoodFieldModel::over_grid(&field, &context.grid)?,
         Places::Route(cells) => {
@@ -87,11 +89,15 @@ pub(super) fn map_methods<'a>(context: &MethodContext<'a>) -> Result<Option<MapM
             LikelihoodFieldModel::at_poses(&field, (0..cells.len()).map(of_cell).collect())?
         }
     };
-    let name = "likelihood_field";
-    let title = "occupancy map";
-    let method = context.judged_sensor_model(name, title, &alone, Box::new(at_cells))?;
+    let method =
+        context.judged_sensor_model("likelihood_field", MAP, &alone, Box::new(at_cells))?;
+    // Along a route, where places are no poses, the poses of the places are on the robot as well.
+    let poses_bytes = match &**context.grid.places() {
+        Places::Plane(_) => 0,
+        Places::Route(_) => 3 * size_of::<f32>() * training.len(),
+    };
     let field_in_filter = Method {
-        other_bytes: map.bytes(),
+        other_bytes: map.bytes() + poses_bytes,
         usual_scale: USUAL_SCALE,
         ..method
     };

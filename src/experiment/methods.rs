@@ -61,6 +61,8 @@ pub enum AnswersBy<'a> {
     PreparedSensor(Arc<dyn PreparedSensorModel + 'a>),
     /// Anybody who answers with places in the plane.
     Localiser(Box<dyn Localiser + 'a>),
+    /// Nobody, for the reason given: a row of the table that says so, where one method of many can't be made.
+    Nobody(String),
 }
 
 /// What features are in snapshots, `[snapshot, feature]`.
@@ -175,6 +177,11 @@ impl<'a> MethodContext<'a> {
         } else {
             self.config.evidence
         }
+    }
+
+    /// A method that could not be made: the others play, and the table says why this one doesn't.
+    pub fn left_out(&self, name: &str, title: &str, fault: &Error) -> Method<'a> {
+        method(name, title, None, AnswersBy::Nobody(fault.to_string()))
     }
 
     /// The filter with odometry alone.

@@ -45,7 +45,9 @@ pub fn product<'a>(
                 shared(model, context.parts.run),
                 source.map(|source| shared(model, &source.recording)),
             ),
-            AnswersBy::Odometry | AnswersBy::Localiser(_) => return Ok(None),
+            AnswersBy::Odometry | AnswersBy::Localiser(_) | AnswersBy::Nobody(_) => {
+                return Ok(None);
+            }
         };
         on_run.push((run, scale));
         on_validation.extend(validation.map(|v| (v, scale)));

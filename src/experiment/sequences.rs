@@ -81,7 +81,7 @@ pub(super) fn evidence_scale(
     }
     if matches!(
         method.answers,
-        AnswersBy::Odometry | AnswersBy::Localiser(_)
+        AnswersBy::Odometry | AnswersBy::Localiser(_) | AnswersBy::Nobody(_)
     ) {
         return Ok(None);
     }

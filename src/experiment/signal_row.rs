@@ -16,6 +16,9 @@ use std::sync::Arc;
 /// More readings a snapshot than these are a scan or a picture: a field of each would take gigabytes over a fine grid.
 const MAX_READINGS: usize = 64;
 
+/// The signal field in tables.
+pub(super) const SIGNAL_FIELD: &str = "signal field";
+
 /// Snapshots of the validation part that are enough to choose bandwidths by.
 const MAX_VALIDATED: usize = 300;
 
@@ -43,8 +46,8 @@ pub(super) fn signal_field<'a>(context: &MethodContext<'a>) -> Result<Option<Met
         Ok(SignalFieldModel::new(Arc::new(tuned.field.at(places)?)))
     };
     let at_cells = Box::new(at(context.grid.places())?);
-    let (name, title) = ("signal_field", "signal field");
-    let method = context.judged_sensor_model(name, title, &at(&candidates)?, at_cells)?;
+    let alone = at(&candidates)?;
+    let method = context.judged_sensor_model("signal_field", SIGNAL_FIELD, &alone, at_cells)?;
     Ok(Some(Method {
         other_bytes: tuned.field.bytes(),
         usual_scale: tuned.power,

@@ -52,6 +52,9 @@ pub fn table(record: &Record) -> Table {
         row.push(Cell::number(kilobytes, 1));
         table.row(row);
     }
+    for absent in &record.left_out {
+        table.caption(format!("{}: left out: {}", absent.title, absent.fault));
+    }
     table.caption(format!(
         "{} trials in {} stretches that training never saw{}",
         record.trials,

@@ -387,6 +387,38 @@ fn the_way_back_along_a_known_route_is_refused() {
         .refused(1, &["both.npz", "`route`", "backwards"]);
 }
 
+/// A laser in a hall so wide that no wall is within the map's reach: there is no map, and everybody else plays.
+#[test]
+fn a_rival_that_cannot_be_made_is_a_named_failure_in_its_row() {
+    let place = Workplace::new();
+    let mut log = String::new();
+    for run in 0..4 {
+        for k in 0..30 {
+            let x = f64::from(k) * 0.5 + 0.001 * f64::from(run);
+            let range = |beam: i32| 55.0 + 8.0 * (x * 0.4 + f64::from(beam)).sin();
+            let ranges: Vec<String> = (0..8).map(|beam| format!("{:.2}", range(beam))).collect();
+            let (ranges, time) = (ranges.join(" "), 1000 * run + k);
+            log += &format!("FLASER 8 {ranges} {x} 0 0 {x} 0 0 {time} robot {time}\n");
+        }
+    }
+    place.write("hall.log", log);
+    let mut import = vec!["import", "hall.log", "-o", "hall.npz"];
+    import.extend(["--max-range", "80"]);
+    place.ballmark(&import).done();
+    learned(&place, "hall.npz");
+    let call = ["localise", "m.safetensors", "hall.npz", "--trials", "2"];
+    let table = place.ballmark(&call);
+    let told = "occupancy map: left out: occupancy map: no cell is occupied";
+    assert!(table.done().stdout.contains(told), "{}", table.stdout);
+    assert!(table.stdout.contains("\nsignal field "), "{}", table.stdout);
+    let json = place.ballmark(&[&call[..], &["--json"]].concat());
+    let result: serde_json::Value = serde_json::from_str(&json.done().stdout).unwrap();
+    let mut systems = result["systems"].as_array().unwrap().iter();
+    let map = systems.find(|system| system["name"] == "likelihood_field");
+    let fault = map.unwrap()["fault"].as_str().unwrap();
+    assert!(fault.contains("no cell is occupied"), "{fault}");
+}
+
 #[test]
 fn a_recording_counts_by_its_content() {
     let place = Workplace::new();
