@@ -2,7 +2,8 @@
 
 use super::{
     evidence_tuning, held_out,
-    methods::{AnswersBy, Method, MethodContext},
+    method::{AnswersBy, Method},
+    methods::MethodContext,
     parts::TrainingSource,
 };
 use crate::{

@@ -3,7 +3,8 @@
 use super::{
     kernels::kernels,
     maps::{MAP, MapMethods, map_methods},
-    methods::{FeatureAnswers, Method, MethodContext},
+    method::{FeatureAnswers, Method},
+    methods::MethodContext,
     product::product,
     sequences::evidence_scale,
     signal_row::{SIGNAL_FIELD, signal_field},

@@ -1,30 +1,21 @@
 //! The rival of whoever has a range sensor: an ordinary occupancy map of the scans that the models learned from, read as a
 //! likelihood field.
 
-use super::{
-    evidence_tuning::tuned_power,
-    held_out,
-    methods::{Method, MethodContext},
-};
+use super::{method::Method, methods::MethodContext};
 use crate::{
-    belief::{Belief, Places, Uncertainty},
+    belief::{Places, Uncertainty},
     error::Result,
-    learning::training_set::covered,
     localiser::{
         monte_carlo::{MonteCarlo, MonteCarloConfig},
-        sensor_model::{LikelihoodFieldModel, SensorModel},
+        sensor_model::LikelihoodFieldModel,
     },
     mapping::{LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig},
     recording::Recording,
 };
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Scatters of a beam's end about what it hit that are tried, in metres; where nothing can be validated, the first is taken.
 const DEVIATIONS_M: [f64; 3] = [0.2, 0.1, 0.4];
-
-/// Snapshots of the validation part that are enough to choose one by.
-const MAX_VALIDATED: usize = 100;
 
 /// Power of a scan's evidence where nothing tunes it: some beams of 36 are worth one.
 const USUAL_SCALE: f64 = 0.125;
@@ -140,27 +131,11 @@ fn monte_carlo<'a>(
     Ok(context.localiser(&name, &title, Box::new(localiser)))
 }
 
-/// Error that one snapshot of the validation part leaves of no idea at all, at the power that suits it best; infinite where
-/// there is none.
+/// Error that one snapshot of the validation part leaves of no idea at all, at the power that suits it best, in metres.
 fn validation_error_m(context: &MethodContext, alone: &LikelihoodFieldModel) -> Result<f64> {
-    let source = context.source()?;
-    let (candidates, all) = (
-        Arc::new(context.model().places()),
-        Places::of(&source.recording),
-    );
-    let validation = covered(&all, &source.validation, &candidates);
-    let every = validation.len().div_ceil(MAX_VALIDATED).max(1);
-    let some: Vec<usize> = validation.into_iter().step_by(every).collect();
-    let some = held_out::counted(Uncertainty::Global, &all, &some, &candidates);
-    let anywhere = Belief::uniform(&candidates)?;
-    let known = some.par_iter().map(|&k| {
-        let mut unused = context.seed().stream("not drawn from");
-        alone.log_likelihood(&source.recording.observation(k), &anywhere, &mut unused)
-    });
-    let known = known.collect::<Result<Vec<_>>>()?;
-    let truths = all.select(&some);
-    let (_, error_m) = tuned_power(Uncertainty::Global, &truths, &candidates, |row| {
-        known[row].clone()
-    });
-    Ok(error_m)
+    let tuned = context.priors.iter().zip(context.tuned_powers(alone)?);
+    let mut global = tuned.filter(|(prior, _)| **prior == Uncertainty::Global);
+    Ok(global
+        .next()
+        .map_or(f64::INFINITY, |(_, (_, error_m))| error_m))
 }

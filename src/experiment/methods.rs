@@ -1,13 +1,14 @@
-//! Whoever can be asked in localisation trials where the robot is, as values: sensor models for the Bayes filter, detectors,
-//! recognisers and whole localisers, built-in or of one's own.
+//! What makes [methods](Method) for localisation trials: of sensor models for the Bayes filter, detectors, recognisers and
+//! whole localisers, built-in or of one's own.
 
 use super::{
     evidence_tuning, held_out,
     localise_config::LocaliseConfig,
+    method::{AnswersBy, FeatureAnswers, Method, method},
     parts::{Parts, TrainingSource},
 };
 use crate::{
-    belief::{Belief, Evidence, FeatureMap, Grid, Neighbours, OdometryMotion, Places, Uncertainty},
+    belief::{Belief, Evidence, FeatureMap, Grid, Neighbours, Places, Uncertainty},
     detector::Detector,
     error::{Error, Result},
     learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES, training_set::covered},
@@ -22,57 +23,6 @@ use crate::{
 use ndarray::{Array2, Axis};
 use rayon::prelude::*;
 use std::sync::Arc;
-
-/// Someone who can be asked where the robot is.
-pub struct Method<'a> {
-    /// Key in results.
-    pub name: String,
-    /// In words, for tables.
-    pub title: String,
-    /// Of a kernel, as tuned on the validation part for a global prior.
-    pub bandwidth: Option<f64>,
-    /// What the map keeps of a place besides its pose, in bytes.
-    pub bytes_per_place: Option<usize>,
-    /// What the robot must hold besides the places: networks, or a map that is none of places. In bytes.
-    pub other_bytes: usize,
-    /// What the filter believes of odometry, where the configuration names nothing; `None`: as the first model learned.
-    pub motion: Option<OdometryMotion>,
-    /// Power of its evidence, where it is known; `None`: it is tuned.
-    pub evidence_scale: Option<f64>,
-    /// Power of its evidence, where no sequence of the validation part is there to tune it on.
-    pub usual_scale: f64,
-    /// The sensor model prepared for the validation part of what the models learned from, where it is one that is prepared
-    /// for the unseen part: its evidence is tuned there. Without it the evidence counts as usual.
-    pub validation: Option<Arc<dyn PreparedSensorModel + 'a>>,
-    /// Error reduction of one snapshot on the unseen part, one a prior of [`MethodContext::priors`]; empty where it is not
-    /// known.
-    pub held_out: Vec<ErrorReduction>,
-    /// Who answers.
-    pub answers: AnswersBy<'a>,
-}
-
-/// Who answers in a trial.
-pub enum AnswersBy<'a> {
-    /// The grid Bayes filter by odometry alone.
-    Odometry,
-    /// The filter with a sensor model.
-    Sensor(Arc<dyn SensorModel + 'a>),
-    /// The filter with a sensor model that is prepared for the unseen part of the run.
-    PreparedSensor(Arc<dyn PreparedSensorModel + 'a>),
-    /// Anybody who answers with places in the plane.
-    Localiser(Box<dyn Localiser + 'a>),
-    /// Nobody, for the reason given: a row of the table that says so, where one method of many can't be made.
-    Nobody(String),
-}
-
-/// What features are in snapshots, `[snapshot, feature]`.
-#[derive(Debug, Clone)]
-pub struct FeatureAnswers {
-    /// In all of the run.
-    pub run: Array2<f32>,
-    /// In all that the models learned from, where it is at hand.
-    pub source: Option<Array2<f32>>,
-}
 
 /// Snapshots of the validation part that are enough to choose a power by.
 const MAX_VALIDATED: usize = 300;
@@ -327,54 +277,65 @@ impl<'a> MethodContext<'a> {
         let anywhere = Belief::uniform(&places)?;
         let covered = self.parts.covered(self.model());
         let on_run = alone.prepare(self.parts.run, &covered)?;
-        // A failure is the same for all snapshots: asked once, then not expected.
-        let ask = |prepared: &dyn PreparedSensorModel, k: usize| {
-            let mut unused = self.seed().stream("not drawn from");
-            prepared.log_likelihood(k, &anywhere, &mut unused)
-        };
+        let mut powers = self.tuned_powers(alone)?.into_iter();
+        // What fails of one snapshot fails of all: asked once here, then not expected.
         if let Some(&first) = covered.first() {
-            ask(on_run.as_ref(), first)?;
+            self.ask(on_run.as_ref(), first, &anywhere)?;
         }
-        let or_flat = |l: Result<Vec<f64>>| l.unwrap_or_else(|_| vec![0.0; places.len()]);
-        let powers = self.validated_powers(alone, |prepared, k| or_flat(ask(prepared, k)))?;
-        let mut powers = powers.into_iter();
         self.on_counted(|prior, truths| {
-            let power = powers.next().unwrap_or(1.0);
+            let power = powers.next().map_or(1.0, |(power, _)| power);
             let at = self.parts.places.select(truths);
             Ok(held_out::by_likelihood(prior, &at, &places, |truth| {
-                let mut l = or_flat(ask(on_run.as_ref(), truths[truth]));
+                let answer = self.ask(on_run.as_ref(), truths[truth], &anywhere);
+                let mut l = answer.unwrap_or_else(|_| vec![0.0; places.len()]);
                 l.iter_mut().for_each(|l| *l *= power);
                 l
             }))
         })
     }
 
-    /// Of every prior, the power of least error on the validation part, of which some hundreds of snapshots are enough.
-    fn validated_powers(
+    /// ln P(s | candidate) of a snapshot, from a sensor model that draws no random numbers.
+    fn ask(
         &self,
-        alone: &dyn SensorModel,
-        ask: impl Fn(&dyn PreparedSensorModel, usize) -> Vec<f64> + Sync,
+        prepared: &dyn PreparedSensorModel,
+        snapshot: usize,
+        anywhere: &Belief,
     ) -> Result<Vec<f64>> {
+        let mut unused = self.seed().stream("not drawn from");
+        prepared.log_likelihood(snapshot, anywhere, &mut unused)
+    }
+
+    /// Snapshots of the validation part at places that training saw, evenly spaced: as many as settle a constant.
+    pub(super) fn validated(&self) -> Result<Vec<usize>> {
         let source = self.source()?;
-        let (candidates, all) = (self.model().places(), Places::of(&source.recording));
-        let validation = covered(&all, &source.validation, &candidates);
+        let all = Places::of(&source.recording);
+        let validation = covered(&all, &source.validation, &self.model().places());
         let every = validation.len().div_ceil(MAX_VALIDATED).max(1);
-        let some: Vec<usize> = validation.into_iter().step_by(every).collect();
+        Ok(validation.into_iter().step_by(every).collect())
+    }
+
+    /// Of every prior, the power of a sensor model's evidence that leaves least error of single snapshots of the validation part,
+    /// and that error in metres (infinite where nothing can be validated). `alone` answers for the training places.
+    pub(super) fn tuned_powers(&self, alone: &dyn SensorModel) -> Result<Vec<(f64, f64)>> {
+        let source = self.source()?;
+        let (candidates, all) = (
+            Arc::new(self.model().places()),
+            Places::of(&source.recording),
+        );
+        let (some, anywhere) = (self.validated()?, Belief::uniform(&candidates)?);
         let prepared = alone.prepare(&source.recording, &some)?;
-        let known: Vec<Vec<f64>> = some
-            .par_iter()
-            .map(|&k| ask(prepared.as_ref(), k))
-            .collect();
+        let known = some.par_iter();
+        let known = known.map(|&k| self.ask(prepared.as_ref(), k, &anywhere));
+        let known = known.collect::<Result<Vec<_>>>()?;
         let of_prior = |&prior: &Uncertainty| {
             let counted = held_out::counted(prior, &all, &some, &candidates);
             let rows: Vec<usize> = (0..some.len())
-                .filter(|&row| counted.contains(&some[row]))
+                .filter(|&row| counted.binary_search(&some[row]).is_ok())
                 .collect();
             let truths = all.select(&counted);
-            let tuned = evidence_tuning::tuned_power(prior, &truths, &candidates, |row| {
+            evidence_tuning::tuned_power(prior, &truths, &candidates, |row| {
                 known[rows[row]].clone()
-            });
-            tuned.0
+            })
         };
         Ok(self.priors.iter().map(of_prior).collect())
     }
@@ -412,27 +373,5 @@ impl<'a> MethodContext<'a> {
             .iter()
             .map(|&prior| score(prior, &counted(prior)))
             .collect()
-    }
-}
-
-/// A method of which nothing else is known.
-pub(super) fn method<'a>(
-    name: &str,
-    title: &str,
-    bytes_per_place: Option<usize>,
-    answers: AnswersBy<'a>,
-) -> Method<'a> {
-    Method {
-        name: name.into(),
-        title: title.into(),
-        bandwidth: None,
-        bytes_per_place,
-        other_bytes: 0,
-        evidence_scale: None,
-        usual_scale: 1.0,
-        validation: None,
-        motion: None,
-        held_out: Vec::new(),
-        answers,
     }
 }

@@ -1,14 +1,15 @@
 //! Several sensor models in one filter: learned features and a map, or a radio and a laser.
 
 use super::{
-    methods::{AnswersBy, Method, MethodContext, method},
+    method::{AnswersBy, Method, method},
+    methods::MethodContext,
     sequences::evidence_scale,
 };
 use crate::{
     error::Result,
     localiser::{
         PreparedSensorModel, SensorModel,
-        sensor_model::{PreparedProduct, SharedOverRecording},
+        sensor_model::{OneByOne, PreparedProduct},
     },
     recording::Recording,
 };
@@ -37,12 +38,12 @@ pub fn product<'a>(
         };
         let shared = |model: &Arc<dyn SensorModel + 'a>, recording: &'a Recording| {
             let model = Arc::clone(model);
-            Arc::new(SharedOverRecording { model, recording }) as Arc<dyn PreparedSensorModel>
+            Arc::new(OneByOne { model, recording }) as Arc<dyn PreparedSensorModel>
         };
         let (run, validation) = match &factor.answers {
             AnswersBy::PreparedSensor(sensor) => (Arc::clone(sensor), factor.validation.clone()),
             AnswersBy::Sensor(model) => (
-                shared(model, context.parts.run),
+                shared(model, parts.run),
                 source.map(|source| shared(model, &source.recording)),
             ),
             AnswersBy::Odometry | AnswersBy::Localiser(_) | AnswersBy::Nobody(_) => {

@@ -1,10 +1,16 @@
 //! One snapshot and no idea where: how often the likeliest place of the whole grid is the right one.
 
-use super::methods::MethodContext;
+use super::{
+    method::{AnswersBy, Method},
+    methods::MethodContext,
+};
 use crate::{
     belief::{BayesFilter, Belief, OdometryMotion},
     error::Result,
-    localiser::PreparedSensorModel,
+    localiser::{
+        PreparedSensorModel,
+        sensor_model::{EvidenceScale, Scaled},
+    },
 };
 use rayon::prelude::*;
 
@@ -24,11 +30,8 @@ pub struct Recalled {
     pub error_m: f64,
 }
 
-/// Asks a sensor model for unseen snapshots at places that training saw, each on its own.
-///
-/// # Errors
-/// Where the sensor model fails.
-pub fn recall(context: &MethodContext, sensor: &dyn PreparedSensorModel) -> Result<Vec<Recalled>> {
+/// Asks a sensor model for unseen snapshots at places that training saw.
+fn recall(context: &MethodContext, sensor: &dyn PreparedSensorModel) -> Result<Vec<Recalled>> {
     let parts = context.parts;
     let covered = parts.covered(context.model());
     let every = covered.len().div_ceil(SNAPSHOTS).max(1);
@@ -52,4 +55,26 @@ pub fn recall(context: &MethodContext, sensor: &dyn PreparedSensorModel) -> Resu
         })
     };
     asked.par_iter().map(answer).collect()
+}
+
+/// What single snapshots say of the place, each on its own; nothing of a method that is no sensor model.
+///
+/// # Errors
+/// Where the sensor model fails.
+pub fn recalled(
+    method: &Method,
+    context: &MethodContext,
+    scale: Option<EvidenceScale>,
+) -> Result<Vec<Recalled>> {
+    let Some(scale) = scale else {
+        return Ok(Vec::new());
+    };
+    let ask = |sensor: &dyn PreparedSensorModel| recall(context, &Scaled::new(sensor, scale));
+    match &method.answers {
+        AnswersBy::Odometry | AnswersBy::Localiser(_) | AnswersBy::Nobody(_) => Ok(Vec::new()),
+        AnswersBy::PreparedSensor(prepared) => ask(prepared.as_ref()),
+        AnswersBy::Sensor(model) => ask(model
+            .prepare(context.parts.run, &context.parts.unseen)?
+            .as_ref()),
+    }
 }

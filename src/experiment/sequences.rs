@@ -2,7 +2,8 @@
 
 use super::{
     evidence_tuning::Sequences,
-    methods::{AnswersBy, Method, MethodContext},
+    method::{AnswersBy, Method},
+    methods::MethodContext,
     trials::{self, Trial, TrialSampling},
 };
 use crate::{

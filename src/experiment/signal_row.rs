@@ -1,6 +1,6 @@
 //! The rival of whoever has a sensor that no plan predicts: each reading regressed over places, the signal field.
 
-use super::methods::{Method, MethodContext};
+use super::{method::Method, methods::MethodContext};
 use crate::{
     belief::Places,
     belief::{
@@ -8,7 +8,6 @@ use crate::{
         signal_field::{LabelledReadings, fit_tuned},
     },
     error::Result,
-    learning::training_set::covered,
     localiser::sensor_model::SignalFieldModel,
 };
 use std::sync::Arc;
@@ -18,9 +17,6 @@ const MAX_READINGS: usize = 64;
 
 /// The signal field in tables.
 pub(super) const SIGNAL_FIELD: &str = "signal field";
-
-/// Snapshots of the validation part that are enough to choose bandwidths by.
-const MAX_VALIDATED: usize = 300;
 
 /// The signal field of the sensors that the models work from; none where a snapshot has more than [`MAX_READINGS`] readings.
 pub(super) fn signal_field<'a>(context: &MethodContext<'a>) -> Result<Option<Method<'a>>> {
@@ -33,12 +29,9 @@ pub(super) fn signal_field<'a>(context: &MethodContext<'a>) -> Result<Option<Met
         return Ok(None);
     }
     let candidates = model.places();
-    let validation = covered(&Places::of(recording), &source.validation, &candidates);
-    let every = validation.len().div_ceil(MAX_VALIDATED).max(1);
-    let validation: Vec<usize> = validation.into_iter().step_by(every).collect();
     let tuned = fit_tuned(
         &LabelledReadings::of(recording, &source.training, channels)?,
-        &LabelledReadings::of(recording, &validation, channels)?,
+        &LabelledReadings::of(recording, &context.validated()?, channels)?,
         &candidates,
         &SignalFieldConfig::default(),
     )?;

@@ -130,6 +130,33 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     ] {
         assert_eq!(contender["bytes_per_place"], bytes);
     }
+    // Both together hold what each of them holds, but for the places, which the map needs along a route as poses.
+    let number = |name: &str, key: &str| named(name)[key].as_f64().unwrap();
+    let (learned, map) = (
+        number("learned", "robot_bytes"),
+        number("likelihood_field", "robot_bytes"),
+    );
+    assert_eq!(
+        number("learned+likelihood_field", "robot_bytes"),
+        learned + map
+    );
+    assert!(number("learned_bits", "robot_bytes") < learned);
+    for name in ["learned", "likelihood_field", "kernel", "signal_field"] {
+        let (near, far) = (number(name, "recall_05m"), number(name, "recall_1m"));
+        assert!(
+            0.0 <= near && near <= far && far <= 1.0,
+            "{name}: {near} {far}"
+        );
+        let interval = &named(name)["recall_1m_ci95"];
+        let end = |i: usize| interval[i].as_f64().unwrap();
+        assert!(end(0) <= far && far <= end(1), "{name}: {interval} {far}");
+        assert!(number(name, "evidence_scale") > 0.0);
+    }
+    // A field of the readings tells places of a corridor with doors apart, and far better than a handful of random bits.
+    assert!(number("signal_field", "recall_1m") > number("random_bits", "recall_1m"));
+    for key in ["recall_1m", "evidence_scale", "robot_bytes"] {
+        assert!(named("odometry")[key].is_null(), "{key}");
+    }
     let files = [
         "config-2m.json",
         "error_by_distance.csv",

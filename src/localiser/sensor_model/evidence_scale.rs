@@ -1,10 +1,9 @@
 //! How much a sensor model's evidence counts: snapshots of one place are not independent of each other, nor are the readings
 //! of one snapshot, so their product is too sure by a factor that only whole sequences show.
 
-use super::{PreparedSensorModel, flat};
+use super::PreparedSensorModel;
 use crate::{belief::Belief, error::Result, seed::Stream};
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// P(z | ξ) as a filter is given it: (1 − u) · (P / P_best)^scale + u, of the likelihood P that a sensor model finds.
 ///
@@ -88,36 +87,6 @@ impl PreparedSensorModel for Scaled<'_> {
     }
 }
 
-/// Prepared sensor models that err independently of each other at a given place, each scaled: P(z | ξ) is the product of
-/// theirs.
-pub struct PreparedProduct<'a> {
-    factors: Vec<(Arc<dyn PreparedSensorModel + 'a>, EvidenceScale)>,
-}
-
-impl<'a> PreparedProduct<'a> {
-    /// The product of some models; of none, one that says nothing.
-    pub fn new(factors: Vec<(Arc<dyn PreparedSensorModel + 'a>, EvidenceScale)>) -> Self {
-        Self { factors }
-    }
-}
-
-impl PreparedSensorModel for PreparedProduct<'_> {
-    fn log_likelihood(
-        &self,
-        snapshot: usize,
-        belief: &Belief,
-        stream: &mut Stream,
-    ) -> Result<Vec<f64>> {
-        let mut sum = flat(belief);
-        for (model, scale) in &self.factors {
-            let scaled = Scaled::new(model.as_ref(), *scale);
-            let l = scaled.log_likelihood(snapshot, belief, stream)?;
-            sum.iter_mut().zip(l).for_each(|(sum, l)| *sum += l);
-        }
-        Ok(sum)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,29 +99,6 @@ mod tests {
         assert!((p[0] - 1.0).abs() < 1e-12);
         assert!((p[1] - ((1.0 - UNMODELLED) * (-1.0_f64).exp() + UNMODELLED)).abs() < 1e-12);
         assert!((p[2] - UNMODELLED).abs() < 1e-12 && (p[3] - UNMODELLED).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_product_is_the_sum_of_what_its_factors_say_each_scaled() {
-        struct Says([f64; 2]);
-        impl PreparedSensorModel for Says {
-            fn log_likelihood(&self, _: usize, _: &Belief, _: &mut Stream) -> Result<Vec<f64>> {
-                Ok(self.0.to_vec())
-            }
-        }
-        let exact = |scale: f64| EvidenceScale {
-            scale,
-            unmodelled: 0.0,
-        };
-        let product = PreparedProduct::new(vec![
-            (Arc::new(Says([0.0, -2.0])), exact(0.5)),
-            (Arc::new(Says([-3.0, 0.0])), exact(1.0)),
-        ]);
-        let places = Arc::new(crate::belief::Places::Route(vec![0.0, 1.0]));
-        let belief = Belief::uniform(&places).unwrap();
-        let mut stream = crate::seed::Seed(1).stream("not drawn from");
-        let l = product.log_likelihood(0, &belief, &mut stream).unwrap();
-        assert_eq!(l, [-3.0, -1.0]);
     }
 
     #[test]

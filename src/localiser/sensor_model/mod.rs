@@ -47,8 +47,8 @@ pub mod likelihood_field;
 pub mod signal_field;
 
 pub use compass::Compass;
-pub use evidence_scale::{EvidenceScale, PreparedProduct, Scaled};
-pub use independent::Independent;
+pub use evidence_scale::{EvidenceScale, Scaled};
+pub use independent::{Independent, PreparedProduct};
 pub use kernel::{PreparedKernel, RawKernel, least_mean_squares};
 pub use learned::{LearnedFeatures, PreparedFeatures};
 pub use likelihood_field::LikelihoodFieldModel;
@@ -60,7 +60,7 @@ use crate::{
     recording::{Observation, Recording},
     seed::Stream,
 };
-use std::sync::Arc;
+use std::ops::Deref;
 
 /// P(z | ξ) of an observation z at every cell ξ of a grid.
 pub trait SensorModel: Send + Sync {
@@ -116,33 +116,15 @@ pub trait PreparedSensorModel: Send + Sync {
     ) -> Result<Vec<f64>>;
 }
 
-/// A sensor model that is shared with others, and the recording that it is asked about.
-pub struct SharedOverRecording<'a> {
-    /// Answers each snapshot when its turn comes.
-    pub model: Arc<dyn SensorModel + 'a>,
+/// A recording's snapshots, each answered by a sensor model when it is asked for; `model` borrows it or shares it.
+pub struct OneByOne<'a, M> {
+    /// `&M` or `Arc<M>` of a [`SensorModel`].
+    pub model: M,
     /// Holds the snapshots.
     pub recording: &'a Recording,
 }
 
-impl PreparedSensorModel for SharedOverRecording<'_> {
-    fn log_likelihood(
-        &self,
-        snapshot: usize,
-        belief: &Belief,
-        stream: &mut Stream,
-    ) -> Result<Vec<f64>> {
-        let observation = self.recording.observation(snapshot);
-        self.model.log_likelihood(&observation, belief, stream)
-    }
-}
-
-/// A recording's snapshots, each answered when it is asked for.
-struct OneByOne<'a, M: ?Sized> {
-    model: &'a M,
-    recording: &'a Recording,
-}
-
-impl<M: SensorModel + ?Sized> PreparedSensorModel for OneByOne<'_, M> {
+impl<M: Deref<Target: SensorModel> + Send + Sync> PreparedSensorModel for OneByOne<'_, M> {
     fn log_likelihood(
         &self,
         snapshot: usize,

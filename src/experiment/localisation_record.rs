@@ -1,0 +1,126 @@
+//! What came of localisation trials: figures of every method, as tables and JSON show them.
+
+use super::convergence::Row;
+use crate::{belief::Uncertainty, learning::error_reduction::ErrorReduction};
+use serde::Serialize;
+
+/// How one method did in one kind of trial.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct TrialSummary {
+    /// Share of the trials that converged.
+    pub converged_fraction: f64,
+    /// Its 95 % interval, by bootstrap over runs or stretches; null where there is only one.
+    pub converged_fraction_ci95: Option<[f64; 2]>,
+    /// Median distance to converge over all trials; null where fewer than half did.
+    pub distance_to_converge_m: Option<f64>,
+    /// Distance at which the mean curve passes 1 m.
+    pub mean_error_below_1m_at_m: Option<f64>,
+    /// Trials that go so far, over which that mean is.
+    pub mean_error_below_1m_trials: Option<usize>,
+    /// Are these fewer than ten, or all in one run or stretch? Then other trials might give another distance altogether.
+    pub mean_error_below_1m_is_uncertain: bool,
+    /// The mean curve.
+    pub error_by_distance: Vec<Row>,
+}
+
+/// Everything about one method.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct MethodResult {
+    /// Key in results.
+    #[serde(skip)]
+    pub name: String,
+    /// In words.
+    pub title: String,
+    /// Of a kernel, in deviations of the inputs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bandwidth: Option<f64>,
+    /// Power of its evidence, tuned on sequences of the validation part; null where it is taken at its word.
+    pub evidence_scale: Option<f64>,
+    /// What the map keeps of a place besides its pose, in bytes; null where there is no map.
+    pub bytes_per_place: Option<usize>,
+    /// What has to be on the robot, in bytes: places with their poses, networks, map; null where it is nothing.
+    pub robot_bytes: Option<usize>,
+    /// Share of unseen snapshots after each of which, with no idea before, the likeliest place of the whole grid is within 1 m
+    /// of the truth; null where the method is no sensor model.
+    pub recall_1m: Option<f64>,
+    /// Its 95 % interval, by bootstrap over runs or pieces of the way.
+    pub recall_1m_ci95: Option<[f64; 2]>,
+    /// The same within 0.5 m.
+    pub recall_05m: Option<f64>,
+    /// Its interval.
+    pub recall_05m_ci95: Option<[f64; 2]>,
+    /// Mean expected error after 10 m from a start anywhere, in metres; null where no trial goes so far.
+    pub error_at_10m_m: Option<f64>,
+    /// Its 95 % interval.
+    pub error_at_10m_m_ci95: Option<[f64; 2]>,
+    /// The same from a known start.
+    pub tracked_error_m: Option<f64>,
+    /// Its 95 % interval.
+    pub tracked_error_m_ci95: Option<[f64; 2]>,
+    /// Trials that start anywhere.
+    #[serde(flatten)]
+    pub global: TrialSummary,
+    /// Trials that start at a known place.
+    pub tracking: TrialSummary,
+    /// One snapshot's error reduction on the unseen part, one a prior.
+    pub held_out: Vec<HeldOut>,
+}
+
+/// Distance at which mean errors are reported, in metres.
+pub const REPORTED_AT_M: f64 = 10.0;
+
+impl TrialSummary {
+    /// The mean errors after [`REPORTED_AT_M`]; none where no trial goes so far.
+    pub fn reported(&self) -> Option<&Row> {
+        let mut rows = self.error_by_distance.iter();
+        rows.find(|row| row.distance_m >= REPORTED_AT_M - 1e-9)
+    }
+}
+
+/// One snapshot's error reduction under a prior.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct HeldOut {
+    /// The prior uncertainty.
+    pub prior: Uncertainty,
+    /// Expected errors before and after.
+    #[serde(flatten)]
+    pub score: ErrorReduction,
+}
+
+/// What came of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// Number of trials.
+    pub trials: usize,
+    /// Unseen stretches that they run in.
+    pub stretches: usize,
+    /// Cells of the belief.
+    pub cells: usize,
+    /// Unseen snapshots, and those of them at places that training saw.
+    pub unseen: usize,
+    /// See `unseen`.
+    pub covered: usize,
+    /// Is the unseen part the one that stopped the training?
+    pub unseen_is_validation: bool,
+    /// Priors of the single-snapshot figures.
+    pub priors: Vec<Uncertainty>,
+    /// In the order that the methods played.
+    pub results: Vec<MethodResult>,
+    /// Methods that could not be made.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A method that could not be made from this recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct LeftOut {
+    /// Key in results.
+    pub name: String,
+    /// In words.
+    pub title: String,
+    /// Why.
+    pub fault: String,
+}

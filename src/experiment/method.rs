@@ -1,0 +1,82 @@
+//! Whoever can be asked in localisation trials where the robot is, as a value.
+
+use crate::{
+    belief::OdometryMotion,
+    learning::error_reduction::ErrorReduction,
+    localiser::{Localiser, PreparedSensorModel, SensorModel},
+};
+use ndarray::Array2;
+use std::sync::Arc;
+
+/// Someone who can be asked where the robot is.
+pub struct Method<'a> {
+    /// Key in results.
+    pub name: String,
+    /// In words, for tables.
+    pub title: String,
+    /// Of a kernel, as tuned on the validation part for a global prior.
+    pub bandwidth: Option<f64>,
+    /// What the map keeps of a place besides its pose, in bytes.
+    pub bytes_per_place: Option<usize>,
+    /// What the robot must hold besides the places: networks, or a map that is none of places. In bytes.
+    pub other_bytes: usize,
+    /// What the filter believes of odometry, where the configuration names nothing; `None`: as the first model learned.
+    pub motion: Option<OdometryMotion>,
+    /// Power of its evidence, where it is known; `None`: it is tuned.
+    pub evidence_scale: Option<f64>,
+    /// Power of its evidence, where no sequence of the validation part is there to tune it on.
+    pub usual_scale: f64,
+    /// The sensor model prepared for the validation part of what the models learned from, where it is one that is prepared
+    /// for the unseen part: its evidence is tuned there. Without it the evidence counts as usual.
+    pub validation: Option<Arc<dyn PreparedSensorModel + 'a>>,
+    /// Error reduction of one snapshot on the unseen part, one a prior of the
+    /// [context](super::methods::MethodContext::priors); empty where it is not known.
+    pub held_out: Vec<ErrorReduction>,
+    /// Who answers.
+    pub answers: AnswersBy<'a>,
+}
+
+/// Who answers in a trial.
+pub enum AnswersBy<'a> {
+    /// The grid Bayes filter by odometry alone.
+    Odometry,
+    /// The filter with a sensor model.
+    Sensor(Arc<dyn SensorModel + 'a>),
+    /// The filter with a sensor model that is prepared for the unseen part of the run.
+    PreparedSensor(Arc<dyn PreparedSensorModel + 'a>),
+    /// Anybody who answers with places in the plane.
+    Localiser(Box<dyn Localiser + 'a>),
+    /// Nobody, for the reason given: a row of the table that says so, where one method of many can't be made.
+    Nobody(String),
+}
+
+/// What features are in snapshots, `[snapshot, feature]`.
+#[derive(Debug, Clone)]
+pub struct FeatureAnswers {
+    /// In all of the run.
+    pub run: Array2<f32>,
+    /// In all that the models learned from, where it is at hand.
+    pub source: Option<Array2<f32>>,
+}
+
+/// A method of which nothing else is known.
+pub(super) fn method<'a>(
+    name: &str,
+    title: &str,
+    bytes_per_place: Option<usize>,
+    answers: AnswersBy<'a>,
+) -> Method<'a> {
+    Method {
+        name: name.into(),
+        title: title.into(),
+        bandwidth: None,
+        bytes_per_place,
+        other_bytes: 0,
+        evidence_scale: None,
+        usual_scale: 1.0,
+        validation: None,
+        motion: None,
+        held_out: Vec::new(),
+        answers,
+    }
+}
