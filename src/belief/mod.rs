@@ -23,6 +23,7 @@ pub mod prior;
 pub mod signal_field;
 mod support;
 mod transport;
+mod turn;
 
 #[cfg(test)]
 mod laws;
