@@ -78,7 +78,12 @@ fn held_out(model: &Model, recording: &Recording, prior: Uncertainty) -> f64 {
     let parts = Parts::new(model, recording, None).expect("the model's own dataset");
     assert!(!parts.unseen_is_validation);
     let candidates = model.places();
-    let truths = held_out::counted(prior, &parts.places, &parts.covered(model), &candidates);
+    let truths = held_out::counted(
+        prior,
+        &parts.places,
+        &parts.covered(&candidates),
+        &candidates,
+    );
     let answers = model
         .detector()
         .probabilities(recording)

@@ -125,7 +125,7 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
 /// Plays the trials with both models' filters and the baselines, one line a model.
 fn localise(arguments: &Arguments, models: &[Model], recording: &Recording) -> Result<Record> {
     let mut config = LocaliseConfig {
-        seed: arguments.seed,
+        seed: Some(arguments.seed),
         ..LocaliseConfig::default()
     };
     if arguments.toy {

@@ -58,7 +58,7 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<Outcome> {
     let mut config = Experiment::read(arguments.config.as_deref(), None)?.localise;
     config.trials = arguments.trials.unwrap_or(config.trials);
-    config.seed = arguments.seed.unwrap_or(config.seed);
+    config.seed = arguments.seed.or(config.seed);
     config.evidence = arguments.evidence.unwrap_or(config.evidence);
     config.check()?;
     if let Some(folder) = &arguments.out {
@@ -110,7 +110,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         let mut table = tables::table(&record);
         table.caption(format!(
             "belief over {} cells, {} evidence, seed {}, {seconds:.1} s",
-            record.cells, config.evidence, config.seed
+            record.cells,
+            config.evidence,
+            config.seed.unwrap_or(1)
         ));
         print(&table.text())?;
     }
@@ -192,13 +194,12 @@ pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
     });
     let mut systems = Vec::new();
     for result in &record.results {
-        let mut figures = serde_json::to_value(result).map_err(failed)?;
+        let figures = serde_json::to_value(result).map_err(failed)?;
         if let (true, Some(fields)) = (result.name == "learned", figures.as_object()) {
-            for (key, field) in fields {
+            for (key, field) in fields.iter().filter(|(key, _)| *key != "name") {
                 all[key] = field.clone();
             }
         }
-        figures["name"] = result.name.clone().into();
         systems.push(figures);
     }
     for absent in &record.left_out {

@@ -3,7 +3,7 @@
 use super::trials::Trial;
 use crate::seed::Seed;
 use rand::RngExt;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A robot has converged when it stays this sure and this right, in metres …
@@ -23,7 +23,7 @@ pub struct Answers {
 }
 
 /// One row of an error curve.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Row {
     /// Metres travelled since the start.

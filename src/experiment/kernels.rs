@@ -2,14 +2,13 @@
 
 use super::{
     evidence_tuning, held_out,
-    method::{AnswersBy, Method},
+    method::{AnswersBy, Method, method},
     methods::MethodContext,
-    parts::TrainingSource,
 };
 use crate::{
     belief::{Places, Uncertainty},
     detector::input::{Input, InputConfig, SectorValue},
-    error::Result,
+    error::{Error, Result},
     learning::training_set::covered,
     localiser::sensor_model::{PreparedKernel, least_mean_squares},
     recording::{
@@ -18,13 +17,26 @@ use crate::{
     },
 };
 use ndarray::{Array2, Axis};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Moved views that a scan is kept in besides the recorded one.
-const VIEWS: usize = 24;
+/// Moved views that a scan is kept in besides the recorded one, by default.
+pub const VIEWS: usize = 24;
 
-/// Do the channels that a model works from look different from a moved place? Then scans can be kept in views.
-fn moves_show(input: &InputConfig, recording: &Recording) -> bool {
+/// Which scans are seen from moved places as well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Moved {
+    /// Those of the map: many times the memory and the time.
+    #[default]
+    Map,
+    /// The one that is asked about: the map keeps one scan a place, and the robot moves what it sees.
+    Query,
+}
+
+/// Do the channels that are worked from look different from a moved place? Then scans can be kept in views.
+pub(super) fn moves_show(input: &InputConfig, recording: &Recording) -> bool {
     let wanted = |name: &String| input.channels.is_empty() || input.channels.contains(name);
     recording
         .channels()
@@ -32,64 +44,144 @@ fn moves_show(input: &InputConfig, recording: &Recording) -> bool {
         .any(|c| wanted(&c.name) && c.unit == "m" && c.bearing_rad.is_some())
 }
 
-/// The raw-scan kernel, and where moves show, the same with [`VIEWS`] moved views of every scan: 25 times the memory and
-/// the time.
-pub(super) fn kernels<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
+/// The raw-scan kernel: nearest reading of each sector; one common scale a channel keeps distances in proportion.
+///
+/// # Errors
+/// Where the training part is not at hand, or a recording lacks a sensor.
+pub(super) fn kernel<'a>(context: &MethodContext<'a>) -> Result<Method<'a>> {
+    let scans = Scans::of(context)?;
+    let recorded = std::slice::from_ref(&scans.recorded);
+    let distances = |asked: &Asked| least_mean_squares(asked.recorded.view(), recorded);
+    scans.method(context, recorded, &distances)
+}
+
+/// The same with moved views of every scan.
+///
+/// # Errors
+/// As [`kernel`], and where no sensor's readings tell what would be seen from beside.
+pub(super) fn kernel_views<'a>(
+    context: &MethodContext<'a>,
+    views: usize,
+    moved: Moved,
+) -> Result<Method<'a>> {
     let source = context.source()?;
-    // Raw scans, nearest reading of each sector; one common scale a channel keeps distances in proportion.
-    let config = InputConfig {
-        sector_values: vec![SectorValue::Nearest],
-        ..context.model().header.recipe.input.clone()
-    };
-    let input = Input::fit(&config, &source.recording, &source.training)?.with_common_scale();
-    let of_source = input.transform(&source.recording)?;
-    let recorded = of_source.select(Axis(0), &source.training);
-    let queries = Queries {
-        of_source,
-        unseen: input
-            .transform(context.parts.run)?
-            .select(Axis(0), &context.parts.unseen),
-    };
-
-    let mut views = vec![recorded];
-    let mut all = vec![queries.method(context, source, &views)?];
-    let drawing = Views::of(&source.recording)?.filter(|_| moves_show(&config, &source.recording));
-    if let Some(drawing) = drawing {
-        for view in 0..VIEWS {
-            let mut random = context.seed().numbered_stream("moved views", view as u64);
-            let moved = drawing.drawn(&source.training, &Moves::default(), &mut random)?;
-            views.push(input.transform(&moved)?);
-        }
-        all.push(Method {
-            name: "kernel_views".into(),
-            title: format!("kernel, {VIEWS} views"),
-            ..queries.method(context, source, &views)?
-        });
+    if !moves_show(&context.mapped.input, &source.recording) {
+        return Err(Error::work(
+            "no range sensor whose beams have bearings among the channels, so nothing tells what would be seen from beside",
+        ));
     }
-    Ok(all)
+    let scans = Scans::of(context)?;
+    let drawn = |recording: &Recording, snapshots: &[usize]| -> Result<Vec<Array2<f32>>> {
+        let drawing = Views::of(recording)?
+            .ok_or_else(|| Error::work("no range sensor whose scans could be moved"))?;
+        let view = |view: usize| {
+            let mut random = context.seed().numbered_stream("moved views", view as u64);
+            let moved = drawing.drawn(snapshots, &Moves::default(), &mut random)?;
+            scans.input.transform(&moved)
+        };
+        (0..views).map(view).collect()
+    };
+    let mut of_map = vec![scans.recorded.clone()];
+    if moved == Moved::Map {
+        of_map.extend(drawn(&source.recording, &source.training)?);
+        let distances = |asked: &Asked| least_mean_squares(asked.recorded.view(), &of_map);
+        return Ok(titled(scans.method(context, &of_map, &distances)?, views));
+    }
+    let of_run = drawn(context.parts.run, &context.parts.unseen)?;
+    let of_validation = drawn(&source.recording, &source.validation)?;
+    let distances = |asked: &Asked| {
+        let mut least = least_mean_squares(asked.recorded.view(), &of_map);
+        let views = if asked.is_run {
+            &of_run
+        } else {
+            &of_validation
+        };
+        for view in views {
+            let square = least_mean_squares(view.view(), &of_map);
+            least.zip_mut_with(&square, |least, &square| *least = least.min(square));
+        }
+        least
+    };
+    Ok(titled(scans.method(context, &of_map, &distances)?, views))
 }
 
-/// What is asked, as inputs `[snapshot, input]`.
-struct Queries {
-    /// All that the source recorded.
-    of_source: Array2<f32>,
-    /// The unseen part of the run.
-    unseen: Array2<f32>,
+fn titled(method: Method, views: usize) -> Method {
+    Method {
+        name: "kernel_views".into(),
+        title: format!("kernel, {views} views"),
+        ..method
+    }
 }
 
-impl Queries {
+/// Scans that the map is asked about.
+struct Asked<'a> {
+    /// As recorded, `[snapshot, input]`.
+    recorded: &'a Array2<f32>,
+    /// Those of the unseen part of the run, or of the validation part?
+    is_run: bool,
+}
+
+/// Scans as inputs `[snapshot, input]`.
+struct Scans {
+    input: Input,
+    /// Of the training part: the map.
+    recorded: Array2<f32>,
+    /// Of the validation part.
+    of_validation: Array2<f32>,
+    /// Of the unseen part of the run.
+    of_run: Array2<f32>,
+}
+
+impl Scans {
+    fn of(context: &MethodContext) -> Result<Self> {
+        let source = context.source()?;
+        let config = InputConfig {
+            sector_values: vec![SectorValue::Nearest],
+            ..context.mapped.input.clone()
+        };
+        let input = Input::fit(&config, &source.recording, &source.training)?.with_common_scale();
+        let of_source = input.transform(&source.recording)?;
+        let of_run = input.transform(context.parts.run)?;
+        Ok(Self {
+            recorded: of_source.select(Axis(0), &source.training),
+            of_validation: of_source.select(Axis(0), &source.validation),
+            of_run: of_run.select(Axis(0), &context.parts.unseen),
+            input,
+        })
+    }
+
+    /// The kernel with these distances `[asked, place]`; a place is kept as its scan in each of `views`.
     fn method<'a>(
         &self,
         context: &MethodContext<'a>,
-        source: &TrainingSource,
         views: &[Array2<f32>],
+        distances: &dyn Fn(&Asked) -> Array2<f32>,
     ) -> Result<Method<'a>> {
-        let (model, parts) = (context.model(), context.parts);
-        let places = model.places();
+        let (mapped, parts, source) = (&context.mapped, context.parts, context.source()?);
+        let places = &mapped.places;
         let source_places = Places::of(&source.recording);
-        let validation = covered(&source_places, &source.validation, &places);
-        let tuned = self.tuning(&source_places, &validation, &places, views);
-        let square = least_mean_squares(self.unseen.view(), views);
+        let on_validation = distances(&Asked {
+            recorded: &self.of_validation,
+            is_run: false,
+        });
+        let square = distances(&Asked {
+            recorded: &self.of_run,
+            is_run: true,
+        });
+
+        // The bandwidth of least error on the validation part, by prior.
+        let validation = covered(&source_places, &source.validation, places);
+        let tuned = |prior: Uncertainty| {
+            let counted = held_out::counted(prior, &source_places, &validation, places);
+            let is_counted = |row: &usize| counted.binary_search(&source.validation[*row]).is_ok();
+            let rows: Vec<usize> = (0..source.validation.len()).filter(is_counted).collect();
+            evidence_tuning::tuned_bandwidth(
+                prior,
+                &source_places.select(&counted),
+                places,
+                on_validation.select(Axis(0), &rows).view(),
+            )
+        };
         let held_out = context.on_counted(|prior, truths| {
             let is_counted = |row: &usize| truths.binary_search(&parts.unseen[*row]).is_ok();
             let rows: Vec<usize> = (0..parts.unseen.len()).filter(is_counted).collect();
@@ -97,58 +189,30 @@ impl Queries {
             Ok(held_out::by_kernel(
                 prior,
                 &truths,
-                &places,
+                places,
                 square.view(),
                 tuned(prior),
             ))
         })?;
         let bandwidth = tuned(Uncertainty::Global);
-        let chance = model.header.recipe.map.unmodelled_probability;
+        let chance = mapped.map.unmodelled_probability;
         let values: usize = views.iter().map(Array2::ncols).sum();
         let prepared = |snapshots: &[usize], square| {
             let cells = Arc::clone(&context.cells);
             PreparedKernel::new(snapshots.to_vec(), square, cells, bandwidth, chance)
         };
         let sensor = prepared(&parts.unseen, square);
-        let of_validation = self.of_source.select(Axis(0), &source.validation);
-        let square = least_mean_squares(of_validation.view(), views);
-        let on_validation = prepared(&source.validation, square);
+        let validation = prepared(&source.validation, on_validation);
         Ok(Method {
-            name: "kernel".into(),
-            title: "raw-scan kernel".into(),
             bandwidth: Some(bandwidth),
-            bytes_per_place: Some(size_of::<f32>() * values),
-            other_bytes: 0,
-            motion: None,
-            evidence_scale: None,
-            usual_scale: 1.0,
-            validation: Some(Arc::new(on_validation)),
+            validation: Some(Arc::new(validation)),
             held_out,
-            answers: AnswersBy::PreparedSensor(Arc::new(sensor)),
-        })
-    }
-
-    /// The bandwidth of least error on the validation part, by prior.
-    fn tuning<'a>(
-        &self,
-        source_places: &'a Places,
-        validation: &'a [usize],
-        places: &'a Places,
-        views: &[Array2<f32>],
-    ) -> impl Fn(Uncertainty) -> f64 + 'a {
-        let seen = self.of_source.select(Axis(0), validation);
-        let square = least_mean_squares(seen.view(), views);
-        move |prior| {
-            let counted = held_out::counted(prior, source_places, validation, places);
-            let rows: Vec<usize> = (0..validation.len())
-                .filter(|&row| counted.contains(&validation[row]))
-                .collect();
-            evidence_tuning::tuned_bandwidth(
-                prior,
-                &source_places.select(&counted),
-                places,
-                square.select(Axis(0), &rows).view(),
+            ..method(
+                "kernel",
+                "raw-scan kernel",
+                Some(size_of::<f32>() * values),
+                AnswersBy::PreparedSensor(Arc::new(sensor)),
             )
-        }
+        })
     }
 }

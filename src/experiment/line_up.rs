@@ -1,21 +1,16 @@
 //! Who takes part in localisation trials by default: the learned filters, and what a user would have without learning.
 
 use super::{
-    kernels::kernels,
+    kernels::{Moved, VIEWS, kernel, kernel_views, moves_show},
+    learned_row::{Rounded, learned_features, random_bits},
     maps::{MAP, MapMethods, map_methods},
-    method::{FeatureAnswers, Method},
+    method::Method,
     methods::MethodContext,
     product::product,
     sequences::evidence_scale,
     signal_row::{SIGNAL_FIELD, signal_field},
 };
-use crate::{
-    belief::{Evidence, FeatureMap, Uncertainty},
-    detector::{Detector, input::Input, random_projection::RandomProjection},
-    error::Result,
-    model::Model,
-};
-use ndarray::Array2;
+use crate::{belief::Uncertainty, error::Result, model::Model};
 
 /// Bits of the wide random code: 8 bytes a place.
 const WIDE_BITS: usize = 64;
@@ -31,7 +26,10 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
         all.extend(learned(context, model, &labels(context.models, number))?);
     }
     if context.parts.source.is_some() {
-        let n = context.model().features();
+        let n = context
+            .models
+            .first()
+            .map_or(WIDE_BITS, |model| model.features());
         let learned = all.len();
         match map_methods(context) {
             Ok(None) => (),
@@ -56,12 +54,15 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
             }
             Err(fault) => all.push(context.left_out("signal_field", SIGNAL_FIELD, &fault)),
         }
-        all.extend(kernels(context)?);
-        if n != WIDE_BITS {
-            all.push(random_bits(context, n, context.evidence(n), "random_bits")?);
+        all.push(kernel(context)?);
+        let source = context.source()?;
+        if moves_show(&context.mapped.input, &source.recording) {
+            all.push(kernel_views(context, VIEWS, Moved::Map)?);
         }
-        let (evidence, name) = (Evidence::MeanField, "random_bits_64");
-        all.push(random_bits(context, WIDE_BITS, evidence, name)?);
+        if n != WIDE_BITS {
+            all.push(random_bits(context, n, "random_bits")?);
+        }
+        all.push(random_bits(context, WIDE_BITS, "random_bits_64")?);
     }
     all.push(context.odometry("odometry", "odometry alone"));
     Ok(all)
@@ -144,66 +145,24 @@ fn learned<'a>(
     labels: &Labels,
 ) -> Result<[Method<'a>; 2]> {
     let n = model.features();
-    let detector = model.detector();
-    let source = context.parts.source.as_ref();
-    let answers = FeatureAnswers {
-        run: detector.probabilities(context.parts.run)?,
-        source: source
-            .map(|source| detector.probabilities(&source.recording))
-            .transpose()?,
-    };
-    let bits = |features: &Array2<f32>| features.mapv(f32::round);
-    let map_of_bits = FeatureMap::new(
-        model.places(),
-        bits(&model.activation).mapv(f64::from),
-        model.header.recipe.map.clone(),
-    )?;
-    let answers_in_bits = FeatureAnswers {
-        run: bits(&answers.run),
-        source: answers.source.as_ref().map(bits),
-    };
-    let rounded = (answers_in_bits, map_of_bits, Evidence::MeanField);
     let title = match labels.title.is_empty() {
         true => format!("{n} learned features"),
         false => format!("{n} learned{}", labels.title),
     };
-    let soft = context.features(
-        &format!("learned{}", labels.name),
-        &title,
-        size_of::<f32>() * n,
-        (answers, model.map()?, context.config.evidence),
-    )?;
-    let rounded = context.features(
-        &format!("learned_bits{}", labels.name),
-        &format!("{n} learned, as bits{}", labels.title),
-        n.div_ceil(8),
-        rounded,
-    )?;
-    let motion = Some(model.header.motion.clone());
-    let layers = model.weights.layers.iter();
-    let numbers: usize = layers.map(|l| l.weight.len() + l.bias.len()).sum();
-    Ok([soft, rounded].map(|method| Method {
-        motion: motion.clone(),
-        other_bytes: numbers * size_of::<f32>(),
-        ..method
-    }))
-}
-
-fn random_bits<'a>(
-    context: &MethodContext<'a>,
-    bits: usize,
-    evidence: Evidence,
-    name: &str,
-) -> Result<Method<'a>> {
-    let source = context.source()?;
-    let config = &context.model().header.recipe.input;
-    let input = Input::fit(config, &source.recording, &source.training)?;
-    let detector = RandomProjection::new(input, bits, context.seed());
-    let (answers, map) = context.mapped(&detector)?;
-    context.features(
-        name,
-        &format!("{bits} random bits"),
-        bits.div_ceil(8),
-        (answers, map, evidence),
-    )
+    Ok([
+        learned_features(
+            context,
+            model,
+            Rounded::No,
+            &format!("learned{}", labels.name),
+            &title,
+        )?,
+        learned_features(
+            context,
+            model,
+            Rounded::ToBits,
+            &format!("learned_bits{}", labels.name),
+            &format!("{n} learned, as bits{}", labels.title),
+        )?,
+    ])
 }

@@ -137,7 +137,7 @@ pub fn play(
         stretches: stretches.collect::<BTreeSet<_>>().len(),
         cells: context.grid.len(),
         unseen: parts.unseen.len(),
-        covered: parts.covered(context.model()).len(),
+        covered: parts.covered(&context.mapped.places).len(),
         unseen_is_validation: parts.unseen_is_validation,
         priors: context.priors.clone(),
         results,
@@ -147,7 +147,7 @@ pub fn play(
 
 /// A pose as a robot holds it: three numbers in single precision; along a route one.
 fn robot_bytes(method: &Method, context: &MethodContext) -> Option<usize> {
-    let places = context.model().places();
+    let places = &context.mapped.places;
     let numbers = match places {
         Places::Route(_) => 1,
         Places::Plane(_) => 3,

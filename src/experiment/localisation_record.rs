@@ -2,10 +2,10 @@
 
 use super::convergence::Row;
 use crate::{belief::Uncertainty, learning::error_reduction::ErrorReduction};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How one method did in one kind of trial.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TrialSummary {
     /// Share of the trials that converged.
@@ -25,16 +25,15 @@ pub struct TrialSummary {
 }
 
 /// Everything about one method.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MethodResult {
     /// Key in results.
-    #[serde(skip)]
     pub name: String,
     /// In words.
     pub title: String,
     /// Of a kernel, in deviations of the inputs.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", default)]
     pub bandwidth: Option<f64>,
     /// Power of its evidence, tuned on sequences of the validation part; null where it is taken at its word.
     pub evidence_scale: Option<f64>,
@@ -80,7 +79,7 @@ impl TrialSummary {
 }
 
 /// One snapshot's error reduction under a prior.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct HeldOut {
     /// The prior uncertainty.
@@ -91,7 +90,8 @@ pub struct HeldOut {
 }
 
 /// What came of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Record {
     /// Number of trials.
     pub trials: usize,
@@ -114,7 +114,7 @@ pub struct Record {
 }
 
 /// A method that could not be made from this recording.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct LeftOut {
     /// Key in results.

@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LocaliseConfig {
-    /// The one seed of the run: starts, random planes, sampled features, bootstrap.
-    pub seed: u64,
+    /// The one seed of the run: starts, random planes, sampled features, bootstrap. Not said: 1, or in a comparison its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
     /// Number of trials, their starts drawn evenly over the unseen stretches.
     pub trials: usize,
     /// Metres between two snapshots (Thrun 1998, 5.2.4).
@@ -40,7 +41,7 @@ pub struct LocaliseConfig {
 impl Default for LocaliseConfig {
     fn default() -> Self {
         Self {
-            seed: 1,
+            seed: None,
             trials: 60,
             spacing_m: 0.5,
             shortest_m: 5.0,

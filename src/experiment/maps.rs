@@ -44,8 +44,7 @@ const PARTICLES: [usize; 2] = [5_000, 40_000];
 /// The occupancy map, where the models work from a range sensor.
 pub(super) fn map_methods<'a>(context: &MethodContext<'a>) -> Result<Option<MapMethods<'a>>> {
     let source = context.source()?;
-    let model = context.model();
-    if !has_ranges(&source.recording, &model.header.recipe.input.channels) {
+    if !has_ranges(&source.recording, &context.mapped.input.channels) {
         return Ok(None);
     }
     let config = OccupancyMapConfig::default();
@@ -120,7 +119,7 @@ fn monte_carlo<'a>(
         ..MonteCarloConfig::default()
     };
     let motion = context.config.motion.as_ref();
-    let motion = motion.unwrap_or(&context.model().header.motion).clone();
+    let motion = motion.unwrap_or(&context.mapped.motion).clone();
     let localiser = MonteCarlo::new(Arc::clone(field), motion, Arc::clone(&context.grid), config)?
         .with_sensors_of(context.source()?.recording.channels())?;
     let name = match particles {

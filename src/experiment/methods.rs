@@ -4,6 +4,7 @@
 use super::{
     evidence_tuning, held_out,
     localise_config::LocaliseConfig,
+    mapped::Mapped,
     method::{AnswersBy, FeatureAnswers, Method, method},
     parts::{Parts, TrainingSource},
 };
@@ -44,13 +45,18 @@ const MAX_VALIDATED: usize = 300;
 /// let record = localisation::play(&context, methods, &mut |_| ())?;
 /// # Ok::<(), ballmark::Error>(())
 /// ```
+#[derive(Clone)]
 pub struct MethodContext<'a> {
-    /// The models whose filters take part; the first one's map and odometry serve all other methods.
+    /// The models of the [default line-up](super::line_up::line_up); elsewhere there may be none.
     pub models: &'a [&'a Model],
+    /// The places that all methods map.
+    pub mapped: Mapped,
     /// What they saw and didn't.
     pub parts: &'a Parts<'a>,
     /// How trials are played.
     pub config: &'a LocaliseConfig,
+    /// How features become likelihoods: as the configuration says, unless somebody wants it otherwise.
+    pub evidence: Evidence,
     /// Cells of the belief.
     pub grid: Arc<Grid>,
     /// Training places near every cell.
@@ -60,7 +66,7 @@ pub struct MethodContext<'a> {
 }
 
 impl<'a> MethodContext<'a> {
-    /// Sensor models of one's own answer for the cells of [`grid`](Self::grid).
+    /// The methods of these models, the first one's places, map and odometry serving all others.
     ///
     /// # Errors
     /// Where there is no model, the models learned from different parts of a recording, or the configuration makes no sense.
@@ -69,8 +75,7 @@ impl<'a> MethodContext<'a> {
         parts: &'a Parts<'a>,
         config: &'a LocaliseConfig,
     ) -> Result<Self> {
-        config.check()?;
-        let Some(first) = models.first() else {
+        let Some(&first) = models.first() else {
             return Err(Error::usage("no model; expected one or more"));
         };
         let same = |model: &&Model| model.pose == first.pose && model.route_m == first.route_m;
@@ -80,33 +85,41 @@ impl<'a> MethodContext<'a> {
                  (train.split)",
             ));
         }
-        let grid = Arc::new(Grid::over(&first.places(), &config.grid)?);
-        let nearness = &first.header.recipe.map.nearness;
-        let cells = Arc::new(Neighbours::find(&first.places(), grid.places(), nearness)?);
-        let mut priors = vec!["2m".parse()?, Uncertainty::Global];
+        let mut context = Self::over(first.into(), parts, config)?;
+        context.models = models;
         for model in models {
-            if !priors.contains(&model.header.prior) {
-                priors.push(model.header.prior);
+            if !context.priors.contains(&model.header.prior) {
+                context.priors.push(model.header.prior);
             }
         }
-        Ok(Self {
-            models,
-            parts,
-            config,
-            grid,
-            cells,
-            priors,
-        })
+        Ok(context)
     }
 
-    /// The first model.
-    pub fn model(&self) -> &'a Model {
-        self.models[0]
+    /// The same without a model: methods over these places. Sensor models of one's own answer for the cells of
+    /// [`grid`](Self::grid).
+    ///
+    /// # Errors
+    /// Where the places can't carry a grid or a map, or the configuration makes no sense.
+    pub fn over(mapped: Mapped, parts: &'a Parts<'a>, config: &'a LocaliseConfig) -> Result<Self> {
+        config.check()?;
+        let grid = Arc::new(Grid::over(&mapped.places, &config.grid)?);
+        let nearness = &mapped.map.nearness;
+        let cells = Arc::new(Neighbours::find(&mapped.places, grid.places(), nearness)?);
+        Ok(Self {
+            models: &[],
+            mapped,
+            parts,
+            config,
+            evidence: config.evidence,
+            grid,
+            cells,
+            priors: vec!["2m".parse()?, Uncertainty::Global],
+        })
     }
 
     /// The seed of the run.
     pub fn seed(&self) -> Seed {
-        Seed(self.config.seed)
+        Seed(self.config.seed.unwrap_or(1))
     }
 
     /// What methods learn from besides the models.
@@ -119,13 +132,13 @@ impl<'a> MethodContext<'a> {
         })
     }
 
-    /// How a code of so many features is held against its map: as the configuration says, but by mean field where there are
-    /// too many for all their outcomes.
-    pub fn evidence(&self, features: usize) -> Evidence {
+    /// How a code of so many features is held against its map: as [`evidence`](Self::evidence) says, but by mean field where
+    /// there are too many for all their outcomes.
+    pub fn evidence_for(&self, features: usize) -> Evidence {
         if features > MAX_FEATURES {
             Evidence::MeanField
         } else {
-            self.config.evidence
+            self.evidence
         }
     }
 
@@ -168,8 +181,8 @@ impl<'a> MethodContext<'a> {
     /// Where the training part is not at hand, or a recording lacks the detector's sensors.
     pub fn detector(&self, name: &str, title: &str, detector: &dyn Detector) -> Result<Method<'a>> {
         let n = detector.features();
-        let evidence = self.evidence(n);
-        let (answers, map) = self.mapped(detector)?;
+        let evidence = self.evidence_for(n);
+        let (answers, map) = self.map_of(detector)?;
         self.features(name, title, size_of::<f32>() * n, (answers, map, evidence))
     }
 
@@ -177,12 +190,12 @@ impl<'a> MethodContext<'a> {
     ///
     /// # Errors
     /// As [`MethodContext::detector`].
-    pub fn mapped(&self, detector: &dyn Detector) -> Result<(FeatureAnswers, FeatureMap)> {
+    pub fn map_of(&self, detector: &dyn Detector) -> Result<(FeatureAnswers, FeatureMap)> {
         let source = self.source()?;
         let on_source = detector.probabilities(&source.recording)?;
         let training = on_source.select(Axis(0), &source.training);
-        let map = self.model().header.recipe.map.clone();
-        let map = FeatureMap::new(self.model().places(), training.mapv(f64::from), map)?;
+        let map = self.mapped.map.clone();
+        let map = FeatureMap::new(self.mapped.places.clone(), training.mapv(f64::from), map)?;
         let answers = FeatureAnswers {
             run: detector.probabilities(self.parts.run)?,
             source: Some(on_source),
@@ -194,7 +207,7 @@ impl<'a> MethodContext<'a> {
     /// keeps of a place.
     ///
     /// # Errors
-    /// Where the map is not one of the first model's places.
+    /// Where the map lies along a route and the grid in the plane, or the other way round.
     pub fn features(
         &self,
         name: &str,
@@ -203,7 +216,11 @@ impl<'a> MethodContext<'a> {
         (answers, map, evidence): (FeatureAnswers, FeatureMap, Evidence),
     ) -> Result<Method<'a>> {
         let held_out = self.judge(&answers.run, &map, evidence)?;
-        let map = Arc::new(map.from_neighbours(&self.cells)?);
+        let at_cells = match *map.places() == self.mapped.places {
+            true => map.from_neighbours(&self.cells),
+            false => map.at(self.grid.places()),
+        };
+        let map = Arc::new(at_cells?);
         let sensor = PreparedFeatures::new(&answers.run, Arc::clone(&map), evidence);
         let on_source = |source| PreparedFeatures::new(source, map, evidence);
         let validation = answers.source.as_ref().map(on_source);
@@ -235,11 +252,11 @@ impl<'a> MethodContext<'a> {
         recogniser.check_channels(self.parts.run.channels())?;
         let responses = recogniser.respond_all(&source.recording, &source.training);
         let classes: Vec<Option<usize>> = responses.iter().map(|r| r.map(|r| r.class)).collect();
-        let map = &self.model().header.recipe.map;
+        let map = &self.mapped.map;
         let chance = map.unmodelled_probability;
 
         // One snapshot, with the training places for cells.
-        let places = Arc::new(self.model().places());
+        let places = Arc::new(self.mapped.places.clone());
         let near = Neighbours::find(&places, &places, &map.nearness)?;
         let alone = ResponseModel::new(recogniser, classes, Arc::new(near), chance)?;
         let held_out = self.held_out(&alone)?;
@@ -273,9 +290,9 @@ impl<'a> MethodContext<'a> {
     /// Single-snapshot error reductions of a sensor model that answers for the training places, under every prior. The power
     /// of its evidence is that of least error on the validation part.
     fn held_out(&self, alone: &dyn SensorModel) -> Result<Vec<ErrorReduction>> {
-        let places = Arc::new(self.model().places());
+        let places = Arc::new(self.mapped.places.clone());
         let anywhere = Belief::uniform(&places)?;
-        let covered = self.parts.covered(self.model());
+        let covered = self.parts.covered(&self.mapped.places);
         let on_run = alone.prepare(self.parts.run, &covered)?;
         let mut powers = self.tuned_powers(alone)?.into_iter();
         // What fails of one snapshot fails of all: asked once here, then not expected.
@@ -309,7 +326,7 @@ impl<'a> MethodContext<'a> {
     pub(super) fn validated(&self) -> Result<Vec<usize>> {
         let source = self.source()?;
         let all = Places::of(&source.recording);
-        let validation = covered(&all, &source.validation, &self.model().places());
+        let validation = covered(&all, &source.validation, &self.mapped.places);
         let every = validation.len().div_ceil(MAX_VALIDATED).max(1);
         Ok(validation.into_iter().step_by(every).collect())
     }
@@ -319,7 +336,7 @@ impl<'a> MethodContext<'a> {
     pub(super) fn tuned_powers(&self, alone: &dyn SensorModel) -> Result<Vec<(f64, f64)>> {
         let source = self.source()?;
         let (candidates, all) = (
-            Arc::new(self.model().places()),
+            Arc::new(self.mapped.places.clone()),
             Places::of(&source.recording),
         );
         let (some, anywhere) = (self.validated()?, Belief::uniform(&candidates)?);
@@ -348,7 +365,7 @@ impl<'a> MethodContext<'a> {
         map: &FeatureMap,
         evidence: Evidence,
     ) -> Result<Vec<ErrorReduction>> {
-        let candidates = self.model().places();
+        let candidates = self.mapped.places.clone();
         let at_candidates = map.at(&candidates)?;
         self.on_counted(|prior, truths| {
             let seen = answers.select(Axis(0), truths).mapv(f64::from);
@@ -366,8 +383,8 @@ impl<'a> MethodContext<'a> {
         &self,
         mut score: impl FnMut(Uncertainty, &[usize]) -> Result<ErrorReduction>,
     ) -> Result<Vec<ErrorReduction>> {
-        let covered = self.parts.covered(self.model());
-        let candidates: Places = self.model().places();
+        let covered = self.parts.covered(&self.mapped.places);
+        let candidates: Places = self.mapped.places.clone();
         let counted = |prior| held_out::counted(prior, &self.parts.places, &covered, &candidates);
         self.priors
             .iter()

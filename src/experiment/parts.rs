@@ -97,9 +97,9 @@ impl<'a> Parts<'a> {
         })
     }
 
-    /// Unseen snapshots at places that training saw.
-    pub fn covered(&self, model: &Model) -> Vec<usize> {
-        covered(&self.places, &self.unseen, &model.places())
+    /// Unseen snapshots at places that training saw: `mapped`.
+    pub fn covered(&self, mapped: &Places) -> Vec<usize> {
+        covered(&self.places, &self.unseen, mapped)
     }
 }
 

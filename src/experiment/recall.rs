@@ -33,7 +33,7 @@ pub struct Recalled {
 /// Asks a sensor model for unseen snapshots at places that training saw.
 fn recall(context: &MethodContext, sensor: &dyn PreparedSensorModel) -> Result<Vec<Recalled>> {
     let parts = context.parts;
-    let covered = parts.covered(context.model());
+    let covered = parts.covered(&context.mapped.places);
     let every = covered.len().div_ceil(SNAPSHOTS).max(1);
     let runs = parts.run.runs();
     let run_of = |k: usize| runs.partition_point(|run| run.end <= k);

@@ -34,9 +34,8 @@ fn mapped_stretches(
     places: &Places,
     part: &[usize],
 ) -> Result<Vec<Range<usize>>> {
-    let model = context.model();
-    let nearness = &model.header.recipe.map.nearness;
-    let near = Neighbours::find(&model.places(), places, nearness)?;
+    let mapped = &context.mapped;
+    let near = Neighbours::find(&mapped.places, places, &mapped.map.nearness)?;
     let is_mapped = |k: usize| near.is_mapped(k);
     let longest_gap_m = context.config.longest_gap_m;
     Ok(trials::stretches(recording, part, is_mapped, longest_gap_m))
@@ -111,9 +110,9 @@ pub(super) fn evidence_scale(
     Ok(Some(EvidenceScale::of(scale)))
 }
 
-/// What the filter believes of odometry: the configuration's word first, then the method's, then the first model's.
+/// What the filter believes of odometry: the configuration's word first, then the method's, then what the mapping part shows.
 pub(super) fn motion<'a>(method: &'a Method, context: &'a MethodContext) -> &'a OdometryMotion {
     let own = method.motion.as_ref();
-    let usual = own.unwrap_or(&context.model().header.motion);
+    let usual = own.unwrap_or(&context.mapped.motion);
     context.config.motion.as_ref().unwrap_or(usual)
 }

@@ -21,14 +21,14 @@ pub(super) const SIGNAL_FIELD: &str = "signal field";
 /// The signal field of the sensors that the models work from; none where a snapshot has more than [`MAX_READINGS`] readings.
 pub(super) fn signal_field<'a>(context: &MethodContext<'a>) -> Result<Option<Method<'a>>> {
     let source = context.source()?;
-    let (recording, model) = (&*source.recording, context.model());
-    let channels = &model.header.recipe.input.channels;
+    let recording = &*source.recording;
+    let channels = &context.mapped.input.channels;
     let wanted = |name: &String| channels.is_empty() || channels.contains(name);
     let used = recording.channels().iter().filter(|c| wanted(&c.name));
     if used.map(|c| c.width).sum::<usize>() > MAX_READINGS {
         return Ok(None);
     }
-    let candidates = model.places();
+    let candidates = context.mapped.places.clone();
     let tuned = fit_tuned(
         &LabelledReadings::of(recording, &source.training, channels)?,
         &LabelledReadings::of(recording, &context.validated()?, channels)?,

@@ -14,7 +14,8 @@ mod trial_runner;
 
 use super::{
     Learn, Localiser, TrialRunner,
-    sensor_model::{Compass, Independent},
+    sensor_model::{Compass, Independent, compass},
+    sites::Sites,
 };
 use crate::{
     belief::{
@@ -171,8 +172,7 @@ pub struct Bayes {
     compass_zero_rad: Option<f64>,
     sensor: Arc<Independent>,
     grid: Arc<Grid>,
-    /// Where the sites of the grid are in the plane, `[site]`: the cells of one heading.
-    sites: Vec<[f64; 2]>,
+    sites: Sites,
 }
 
 impl Bayes {
@@ -196,7 +196,7 @@ impl Bayes {
             grid: config.grid.clone(),
             motion: config.motion.clone().unwrap_or(known.motion.clone()),
             compass_sd_rad: config.compass_sd_rad,
-            compass_zero_rad: frame::compass_zero_rad(recording, snapshots),
+            compass_zero_rad: compass::zero_rad(recording, snapshots),
             known,
         })
     }

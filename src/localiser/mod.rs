@@ -42,10 +42,12 @@ pub mod place_map;
 pub mod prepared;
 pub mod responses;
 pub mod sensor_model;
+mod sites;
 
 pub use filter::BayesLocaliser;
 pub use live::{LiveConfig, LiveLocaliser};
 pub use sensor_model::{PreparedSensorModel, SensorModel};
+pub use sites::Sites;
 
 use crate::{
     error::Result,

@@ -1,11 +1,14 @@
 //! The Bayes filter as a file holds it, checked before its grid and its map are built again.
 
-use super::{Bayes, Known, check_evidence, frame};
+use super::{Bayes, Known, check_evidence};
 use crate::{
     belief::{Evidence, Grid, GridConfig, OdometryMotion},
     detector::Detector,
     error::{Error, Result},
-    localiser::sensor_model::{Compass, Independent, LearnedFeatures, SensorModel},
+    localiser::{
+        sensor_model::{Compass, Independent, LearnedFeatures, SensorModel},
+        sites::Sites,
+    },
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -60,7 +63,7 @@ impl TryFrom<Saved> for Bayes {
             sensors.push(Box::new(compass));
         }
         Ok(Self {
-            sites: frame::sites(&grid, &known),
+            sites: Sites::of(&grid, &known.pose, known.route_m.as_deref()),
             evidence: saved.evidence,
             grid_config: saved.grid,
             motion: saved.motion.checked()?,

@@ -5,16 +5,11 @@ use crate::{
     belief::Belief,
     error::Result,
     geometry::Pose,
-    localiser::{
-        BayesLocaliser, Estimate, PreparedSensorModel, Probable, SensorModel, Step, TrialRunner,
-    },
+    localiser::{BayesLocaliser, PreparedSensorModel, SensorModel, Step, TrialRunner},
     recording::Recording,
     seed::{Seed, Stream},
 };
 use rand::RngExt;
-
-/// A place that holds less than this share of the likeliest one's probability is left out of the posterior.
-const NEGLIGIBLE: f64 = 1e-6;
 
 /// A recording, and what the sensor model says of it.
 pub(super) struct Filter<'a> {
@@ -35,19 +30,6 @@ impl<'a> Filter<'a> {
             sensor: bayes.sensor.prepare(recording, snapshots)?,
         })
     }
-
-    /// The belief of a place in the plane: its cells of all headings together.
-    fn posterior(&self, belief: &Belief) -> Vec<Probable> {
-        let sites = &self.bayes.sites;
-        let mut mass = vec![0.0; sites.len()];
-        for cells in belief.mass().chunks(sites.len()) {
-            mass.iter_mut().zip(cells).for_each(|(m, cell)| *m += cell);
-        }
-        let least = NEGLIGIBLE * mass.iter().copied().fold(0.0, f64::max);
-        let kept = || mass.iter().zip(sites).filter(|(m, _)| **m > least);
-        let total: f64 = kept().map(|(m, _)| m).sum();
-        kept().map(|(m, place)| (*place, m / total)).collect()
-    }
 }
 
 impl TrialRunner for Filter<'_> {
@@ -64,10 +46,7 @@ impl TrialRunner for Filter<'_> {
         let mut robot = BayesLocaliser::new(grid, motion, no_idea, sensor, features)?;
         let step = |&k: &usize| {
             let belief = robot.observe(k, &self.recording.observation(k))?;
-            Ok(Step {
-                estimate: Some(Estimate::Place(sites[belief.mode() % sites.len()])),
-                posterior: self.posterior(belief),
-            })
+            Ok(sites.step(belief))
         };
         trial.iter().map(step).collect()
     }

@@ -1,0 +1,390 @@
+//! Sensor models that the grid Bayes filter is driven by in comparisons: `kind = "bayes"` with `landmarks = …`.
+//!
+//! A kind is a type of constants that makes a [`Method`] of the mapping part. Several at once multiply, as if they erred
+//! independently of each other. One's own implements [`SensorModelConfig`] and is added to a
+//! [`Registry`](super::compare::Registry).
+
+use super::{
+    kernels::{Moved, VIEWS, kernel, kernel_views},
+    learned_row::{Rounded, learned_features, random_bits},
+    maps::{MapMethods, map_methods},
+    method::{AnswersBy, Method, method},
+    methods::MethodContext,
+    product::product,
+    signal_row::signal_field,
+};
+use crate::{
+    detector::{DetectorConfig, HandMade, ceiling_light::CeilingLight, door::DoorConfig},
+    error::{Error, Result},
+    localiser::sensor_model::{Compass, compass},
+    model::{Model, seen},
+    recogniser::{self, RecogniserConfig},
+    registry::{Constants, boxed_config},
+};
+use serde::{Deserialize, Serialize};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// Constants of a sensor model: [`Landmarks`], or a type of one's own.
+pub trait SensorModelConfig: Constants + BoxedSensorModelConfig {
+    /// The Bayes filter with the sensor model, fitted to the training part of the context; its evidence is tuned on the
+    /// validation part by whoever plays.
+    ///
+    /// # Errors
+    /// Where the recording lacks a sensor, or gives nothing to fit.
+    fn method<'a>(&self, context: &MethodContext<'a>) -> Result<Method<'a>>;
+}
+
+boxed_config!(SensorModelConfig, BoxedSensorModelConfig);
+
+/// What the built-in sensor models tell places apart by.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Landmarks {
+    /// Features that a model has learned (Thrun 1998).
+    Learned(LearnedConfig),
+    /// The same, each rounded to a bit.
+    LearnedBits(LearnedConfig),
+    /// Doors.
+    Door(DoorConfig),
+    /// Ceiling lights.
+    CeilingLight(CeilingLight),
+    /// Signs of random projections.
+    RandomBits(RandomBitsConfig),
+    /// The scans themselves.
+    Kernel(KernelConfig),
+    /// The scans, seen from moved places as well.
+    KernelViews(KernelViewsConfig),
+    /// The responses of a recogniser.
+    Recogniser(ResponsesConfig),
+    /// The likelihood field of an occupancy map.
+    LikelihoodField(LikelihoodFieldLandmarks),
+    /// Each reading regressed over places.
+    SignalField(SignalFieldLandmarks),
+    /// A compass.
+    Compass(CompassConfig),
+}
+
+/// Of learned features.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LearnedConfig {
+    /// File of the model; not said: the system's own.
+    pub model: PathBuf,
+}
+
+/// Of random bits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RandomBitsConfig {
+    /// Their number.
+    pub bits: usize,
+}
+
+impl Default for RandomBitsConfig {
+    fn default() -> Self {
+        Self { bits: 64 }
+    }
+}
+
+/// Of the raw-scan kernel: none, as its bandwidth is tuned on the validation part.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct KernelConfig {}
+
+/// Of the kernel over moved views.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct KernelViewsConfig {
+    /// Moved views besides the recorded one.
+    pub views: usize,
+    /// Of what.
+    pub moved: Moved,
+}
+
+impl Default for KernelViewsConfig {
+    fn default() -> Self {
+        Self {
+            views: VIEWS,
+            moved: Moved::default(),
+        }
+    }
+}
+
+/// Of a recogniser's responses.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResponsesConfig {
+    /// Its kind and constants.
+    pub recogniser: recogniser::Config,
+}
+
+/// Of the likelihood field.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LikelihoodFieldLandmarks {}
+
+/// Of the signal field.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SignalFieldLandmarks {}
+
+/// Of a compass.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CompassConfig {
+    /// Standard deviation expected of a heading, radians. Assumed: steel and cables turn compasses by some ten degrees
+    /// indoors.
+    pub sd_rad: f64,
+}
+
+impl Default for CompassConfig {
+    fn default() -> Self {
+        Self { sd_rad: 0.2 }
+    }
+}
+
+/// Most bits, and most views.
+const MOST: usize = 4096;
+
+impl Landmarks {
+    /// The names of all of them.
+    pub const NAMES: [&'static str; 11] = [
+        "learned",
+        "learned_bits",
+        "door",
+        "ceiling_light",
+        "random_bits",
+        "kernel",
+        "kernel_views",
+        "recogniser",
+        "likelihood_field",
+        "signal_field",
+        "compass",
+    ];
+}
+
+impl Constants for Landmarks {
+    fn kind(&self) -> &str {
+        let number = match self {
+            Self::Learned(_) => 0,
+            Self::LearnedBits(_) => 1,
+            Self::Door(_) => 2,
+            Self::CeilingLight(_) => 3,
+            Self::RandomBits(_) => 4,
+            Self::Kernel(_) => 5,
+            Self::KernelViews(_) => 6,
+            Self::Recogniser(_) => 7,
+            Self::LikelihoodField(_) => 8,
+            Self::SignalField(_) => 9,
+            Self::Compass(_) => 10,
+        };
+        Self::NAMES[number]
+    }
+
+    fn check(&self) -> Result<()> {
+        let counted = |key: &str, count: usize| match (1..=MOST).contains(&count) {
+            true => Ok(()),
+            false => Err(Error::usage(format!(
+                "{}.{key} = {count}: expected 1 to {MOST}",
+                self.kind()
+            ))),
+        };
+        match self {
+            Self::Door(config) => config.check(),
+            Self::CeilingLight(light) => light.check(),
+            Self::RandomBits(config) => counted("bits", config.bits),
+            Self::KernelViews(config) => counted("views", config.views),
+            Self::Recogniser(config) => config.recogniser.check(),
+            Self::Compass(config) => Compass::new(0.0, config.sd_rad).map(|_| ()),
+            _ => Ok(()),
+        }
+    }
+
+    fn model(&mut self) -> Option<&mut PathBuf> {
+        match self {
+            Self::Learned(config) | Self::LearnedBits(config) => Some(&mut config.model),
+            Self::Recogniser(config) => config.recogniser.model(),
+            _ => None,
+        }
+    }
+}
+
+impl SensorModelConfig for Landmarks {
+    fn method<'a>(&self, context: &MethodContext<'a>) -> Result<Method<'a>> {
+        let name = self.kind();
+        let hand_made = |detector: &HandMade| {
+            let source = context.source()?;
+            let detector = detector.fit(&source.recording, &source.training)?;
+            context.detector(name, name, detector.as_ref())
+        };
+        match self {
+            Self::Learned(config) => from_file(context, &config.model, Rounded::No, name),
+            Self::LearnedBits(config) => from_file(context, &config.model, Rounded::ToBits, name),
+            Self::Door(config) => hand_made(&HandMade::Door(config.clone())),
+            Self::CeilingLight(light) => hand_made(&HandMade::CeilingLight(light.clone())),
+            Self::RandomBits(config) => random_bits(context, config.bits, name),
+            Self::Kernel(_) => kernel(context),
+            Self::KernelViews(config) => kernel_views(context, config.views, config.moved),
+            Self::Recogniser(config) => {
+                let source = context.source()?;
+                let (recording, training) = (&source.recording, &source.training);
+                let learned = RecogniserConfig::learn(
+                    &config.recogniser,
+                    recording,
+                    training,
+                    context.seed(),
+                )?;
+                context.recogniser(name, name, learned)
+            }
+            Self::LikelihoodField(_) => match map_methods(context)? {
+                Some(MapMethods { field, .. }) => Ok(field),
+                None => Err(no_sensor("a range sensor whose beams have bearings")),
+            },
+            Self::SignalField(_) => {
+                let field = signal_field(context)?;
+                field.ok_or_else(|| no_sensor("64 readings a snapshot or fewer"))
+            }
+            Self::Compass(config) => by_compass(context, config),
+        }
+    }
+}
+
+fn no_sensor(expected: &str) -> Error {
+    Error::work(format!("not for these channels; expected {expected}"))
+}
+
+/// The features of a model in a file, which must not have learned from what is tested.
+fn from_file<'a>(
+    context: &MethodContext<'a>,
+    file: &Path,
+    rounded: Rounded,
+    name: &str,
+) -> Result<Method<'a>> {
+    let model = Model::read(file)?;
+    let source = context.source()?;
+    let mapping: Vec<usize> = [&source.training[..], &source.validation].concat();
+    let learned = seen::learned_poses(&model.pose, &source.recording, &mapping);
+    if !seen::is_chance(learned) {
+        return Err(Error::file(
+            file,
+            format!(
+                "the model has learned from {learned} snapshots of this recording that are not among those to learn from; \
+                 expected one trained on these alone"
+            ),
+        ));
+    }
+    let title = format!("{} {name}", model.features());
+    learned_features(context, &model, rounded, name, &title).map_err(|e| e.in_file(file))
+}
+
+/// The heading of a compass, which says nothing of the place.
+fn by_compass<'a>(context: &MethodContext<'a>, config: &CompassConfig) -> Result<Method<'a>> {
+    let source = context.source()?;
+    let zero_rad = compass::zero_rad(&source.recording, &source.training)
+        .ok_or_else(|| no_sensor("a recording with `compass`"))?;
+    let sensor = Compass::new(zero_rad, config.sd_rad)?;
+    let answers = AnswersBy::Sensor(Arc::new(sensor));
+    Ok(method("compass", "compass", None, answers))
+}
+
+/// A filter with one or several sensor models, and what the trained one among them is.
+#[derive(Debug, Clone)]
+pub struct FilterConfig {
+    /// What it tells places apart by; several at once multiply.
+    pub landmarks: Vec<Box<dyn SensorModelConfig>>,
+    /// File of the model of those landmarks that need one and name none.
+    pub model: PathBuf,
+}
+
+impl FilterConfig {
+    /// Whatever the sensor model of one's own is: a filter with it.
+    pub fn of(landmarks: impl SensorModelConfig + 'static) -> Self {
+        Self {
+            landmarks: vec![Box::new(landmarks)],
+            model: PathBuf::new(),
+        }
+    }
+
+    /// Does any of the landmarks need the system's model?
+    fn needs_model(&self) -> bool {
+        let mut landmarks = self.landmarks.clone();
+        let mut models = landmarks.iter_mut().filter_map(|l| l.model());
+        models.any(|model| model.as_os_str().is_empty())
+    }
+
+    /// The filter as a method of these trials, to be called so.
+    ///
+    /// # Errors
+    /// Where a sensor model can't be made.
+    pub fn method<'a>(&self, context: &MethodContext<'a>, name: &str) -> Result<Method<'a>> {
+        let mut factors = Vec::new();
+        for landmarks in &self.landmarks {
+            let mut landmarks = landmarks.clone();
+            if let Some(model) = landmarks.model()
+                && model.as_os_str().is_empty()
+            {
+                model.clone_from(&self.model);
+            }
+            factors.push(landmarks.method(context)?);
+        }
+        let one = match factors.len() {
+            1 => factors.pop(),
+            _ => product(context, name, name, &factors.iter().collect::<Vec<_>>())?,
+        };
+        let one = one.ok_or_else(|| Error::work("landmarks without a sensor model"))?;
+        Ok(Method {
+            name: name.into(),
+            title: name.into(),
+            ..one
+        })
+    }
+}
+
+impl Serialize for FilterConfig {
+    fn serialize<S: serde::Serializer>(
+        &self,
+        serializer: S,
+    ) -> std::result::Result<S::Ok, S::Error> {
+        use serde::ser::{Error as _, SerializeStruct};
+        let landmarks = self.landmarks.iter().map(|l| l.to_json());
+        let landmarks = landmarks
+            .collect::<Result<Vec<_>>>()
+            .map_err(S::Error::custom)?;
+        let mut fields = serializer.serialize_struct("FilterConfig", 2)?;
+        fields.serialize_field("landmarks", &landmarks)?;
+        if !self.model.as_os_str().is_empty() {
+            fields.serialize_field("model", &self.model)?;
+        }
+        fields.end()
+    }
+}
+
+impl Constants for FilterConfig {
+    fn kind(&self) -> &str {
+        "bayes"
+    }
+
+    fn description(&self) -> &str {
+        "The grid Bayes filter, driven by one or several sensor models."
+    }
+
+    fn check(&self) -> Result<()> {
+        if self.landmarks.is_empty() {
+            return Err(Error::usage("bayes.landmarks: none; expected one or more"));
+        }
+        self.landmarks.iter().try_for_each(|l| l.check())
+    }
+
+    fn model(&mut self) -> Option<&mut PathBuf> {
+        self.needs_model().then_some(&mut self.model)
+    }
+
+    fn files(&mut self) -> Vec<&mut PathBuf> {
+        let own = self.landmarks.iter_mut().flat_map(|l| l.files());
+        own.chain([&mut self.model]).collect()
+    }
+}
