@@ -7,6 +7,11 @@
 mod distance;
 mod likelihood_field;
 mod occupancy_map;
+mod range_sensors;
+mod raycast;
+mod render;
 
 pub use likelihood_field::{Beam, LikelihoodField, LikelihoodFieldConfig};
 pub use occupancy_map::{Occupancy, OccupancyMap, OccupancyMapConfig};
+pub use range_sensors::{RangeBeam, RangeSensors};
+pub use render::{RenderConfig, Rendered, Renderer};

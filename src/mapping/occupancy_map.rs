@@ -170,6 +170,41 @@ impl OccupancyMap {
         Ok(map)
     }
 
+    /// A map of these cells, each of edge `cell_m`, `width` of them in a row: row by row from the south, each row from west
+    /// to east, from the corner `origin_m`.
+    ///
+    /// # Errors
+    /// Where they don't fill whole rows, edge or corner is no sound number of metres, or no cell is occupied.
+    pub fn from_cells(
+        cell_m: f64,
+        origin_m: [f64; 2],
+        width: usize,
+        cells: Vec<Occupancy>,
+    ) -> Result<Self> {
+        if width == 0 || cells.is_empty() || cells.len() % width != 0 {
+            return Err(Error::work(format!(
+                "occupancy map: {} cells in rows of {width}; expected whole rows",
+                cells.len()
+            )));
+        }
+        if !(cell_m.is_finite() && cell_m > 0.0 && origin_m.iter().all(|m| m.is_finite())) {
+            return Err(Error::work(format!(
+                "occupancy map: cells of {cell_m} m from {origin_m:?} on; expected finite metres, cells above 0"
+            )));
+        }
+        if !cells.contains(&Occupancy::Occupied) {
+            return Err(Error::work(
+                "occupancy map: no cell is occupied; expected walls",
+            ));
+        }
+        Ok(Self {
+            cell_m,
+            origin_m,
+            width,
+            cells,
+        })
+    }
+
     /// Edge of a cell, in metres.
     pub fn cell_m(&self) -> f64 {
         self.cell_m
