@@ -59,10 +59,11 @@ pub struct Progress<'a> {
     pub next: &'a str,
 }
 
-/// Plays all trials with these methods, to be made by `context`.
+/// Plays all trials with these methods, to be made by `context`. A method that fails is left out, with the reason, and the
+/// others play on.
 ///
 /// # Errors
-/// Where the unseen part allows no trial, two methods have one name, or a method fails; the message names it.
+/// Where the unseen part allows no trial, two methods have one name, or no method is left.
 pub fn play(
     context: &MethodContext,
     methods: Vec<Method>,
@@ -85,51 +86,19 @@ pub fn play(
             all,
             next: &method.title,
         });
-        if let AnswersBy::Nobody(fault) = method.answers {
-            left_out.push(LeftOut {
-                name: method.name,
-                title: method.title,
-                fault,
-            });
-            continue;
+        let (name, title) = (method.name.clone(), method.title.clone());
+        match result(context, method, &trials) {
+            Ok(result) => results.push(result),
+            // One that fails must not keep the others from playing.
+            Err(fault) => left_out.push(LeftOut {
+                name,
+                title,
+                fault: fault.to_string(),
+            }),
         }
-        let named = |e: Error| e.context(&method.name);
-        let scale = evidence_scale(&method, context).map_err(named)?;
-        let play = |known_start: bool| {
-            summary(&method, &trials, context, scale, known_start).map_err(named)
-        };
-        let (global, tracking) = (play(false)?, play(true)?);
-        let recalled = recalled(&method, context, scale).map_err(named)?;
-        let within = |metres: f64| {
-            let hits: Vec<(usize, bool)> = recalled
-                .iter()
-                .map(|snapshot| (snapshot.unit, snapshot.error_m <= metres))
-                .collect();
-            share(&hits, context.config.resamples, context.seed())
-        };
-        let (recall_1m, recall_05m) = (within(1.0), within(0.5));
-        let scores = context.priors.iter().zip(&method.held_out);
-        results.push(MethodResult {
-            held_out: scores
-                .map(|(&prior, &score)| HeldOut { prior, score })
-                .collect(),
-            robot_bytes: robot_bytes(&method, context),
-            recall_1m: recall_1m.map(|share| share.0),
-            recall_1m_ci95: recall_1m.and_then(|share| share.1),
-            recall_05m: recall_05m.map(|share| share.0),
-            recall_05m_ci95: recall_05m.and_then(|share| share.1),
-            error_at_10m_m: global.reported().map(|row| row.expected_error_m),
-            error_at_10m_m_ci95: global.reported().and_then(|row| row.ci95_m),
-            tracked_error_m: tracking.reported().map(|row| row.expected_error_m),
-            tracked_error_m_ci95: tracking.reported().and_then(|row| row.ci95_m),
-            name: method.name,
-            title: method.title,
-            bandwidth: method.bandwidth,
-            evidence_scale: scale.map(|scale| scale.scale),
-            bytes_per_place: method.bytes_per_place,
-            global,
-            tracking,
-        });
+    }
+    if let (true, Some(LeftOut { name, fault, .. })) = (results.is_empty(), left_out.first()) {
+        return Err(Error::work(fault.clone()).context(name));
     }
     let stretches = trials.iter().map(|trial| trial.stretch);
     Ok(Record {
@@ -142,6 +111,44 @@ pub fn play(
         priors: context.priors.clone(),
         results,
         left_out,
+    })
+}
+
+/// All figures of a method.
+fn result(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<MethodResult> {
+    let scale = evidence_scale(&method, context)?;
+    let play = |known_start: bool| summary(&method, trials, context, scale, known_start);
+    let (global, tracking) = (play(false)?, play(true)?);
+    let recalled = recalled(&method, context, scale)?;
+    let within = |metres: f64| {
+        let hits: Vec<(usize, bool)> = recalled
+            .iter()
+            .map(|snapshot| (snapshot.unit, snapshot.error_m <= metres))
+            .collect();
+        share(&hits, context.config.resamples, context.seed())
+    };
+    let (recall_1m, recall_05m) = (within(1.0), within(0.5));
+    let scores = context.priors.iter().zip(&method.held_out);
+    Ok(MethodResult {
+        held_out: scores
+            .map(|(&prior, &score)| HeldOut { prior, score })
+            .collect(),
+        robot_bytes: robot_bytes(&method, context),
+        recall_1m: recall_1m.map(|share| share.0),
+        recall_1m_ci95: recall_1m.and_then(|share| share.1),
+        recall_05m: recall_05m.map(|share| share.0),
+        recall_05m_ci95: recall_05m.and_then(|share| share.1),
+        error_at_10m_m: global.reported().map(|row| row.expected_error_m),
+        error_at_10m_m_ci95: global.reported().and_then(|row| row.ci95_m),
+        tracked_error_m: tracking.reported().map(|row| row.expected_error_m),
+        tracked_error_m_ci95: tracking.reported().and_then(|row| row.ci95_m),
+        name: method.name,
+        title: method.title,
+        bandwidth: method.bandwidth,
+        evidence_scale: scale.map(|scale| scale.scale),
+        bytes_per_place: method.bytes_per_place,
+        global,
+        tracking,
     })
 }
 

@@ -1,5 +1,6 @@
 //! What the mapping part gives to every method alike: its places, and how a map of them is filled.
 
+use super::parts::TrainingSource;
 use crate::{
     belief::{MapConfig, OdometryMotion, Places},
     detector::input::InputConfig,
@@ -17,6 +18,19 @@ pub struct Mapped {
     pub motion: OdometryMotion,
     /// The channels that are worked from, and how they become inputs.
     pub input: InputConfig,
+}
+
+impl Mapped {
+    /// What the training part of a recording gives by default, without a model.
+    pub fn of(source: &TrainingSource) -> Self {
+        let (recording, training) = (&*source.recording, &source.training);
+        Self {
+            places: Places::of(recording).select(training),
+            map: MapConfig::default(),
+            motion: OdometryMotion::fitted(recording, training),
+            input: InputConfig::default(),
+        }
+    }
 }
 
 impl From<&Model> for Mapped {

@@ -1,5 +1,6 @@
 //! Which snapshots a model learned from, and which it never saw.
 
+use super::protocol::Protocol;
 use crate::{
     belief::Places,
     error::{Error, Result},
@@ -95,6 +96,27 @@ impl<'a> Parts<'a> {
             unseen_is_validation,
             source: source.map(|(source, _)| source),
         })
+    }
+
+    /// Those of a protocol: what is tested on is unseen, what maps is learned from.
+    pub fn of_protocol(protocol: &'a Protocol<'a>) -> Self {
+        let is_training = |k: &usize| protocol.validation.binary_search(k).is_err();
+        Self {
+            run: &protocol.recording,
+            places: Places::of(&protocol.recording),
+            unseen: protocol.testing.clone(),
+            unseen_is_validation: false,
+            source: Some(TrainingSource {
+                recording: Cow::Borrowed(&*protocol.recording),
+                training: protocol
+                    .mapping
+                    .iter()
+                    .copied()
+                    .filter(is_training)
+                    .collect(),
+                validation: protocol.validation.clone(),
+            }),
+        }
     }
 
     /// Unseen snapshots at places that training saw: `mapped`.

@@ -112,8 +112,13 @@ pub struct Protocol<'a> {
     pub recording: Cow<'a, Recording>,
     /// Snapshots to learn from, ascending.
     pub mapping: Vec<usize>,
+    /// Snapshots to learn from that stop a learning and tune constants, ascending: as `split` deals them, or else so many
+    /// stretches of the mapping part; none where that is too short for it.
+    pub validation: Vec<usize>,
     /// Snapshots to be tested on, ascending.
     pub testing: Vec<usize>,
+    /// The split that dealt the parts, where it has a validation part of its own.
+    pub split: Option<SplitConfig>,
     /// True place of every snapshot, metres.
     pub place: Vec<[f64; 2]>,
     /// Metres travelled since the start of the run, one a snapshot.
@@ -142,7 +147,9 @@ impl<'a> Protocol<'a> {
         let mut protocol = Self {
             recording: Cow::Borrowed(recording),
             mapping: Vec::new(),
+            validation: Vec::new(),
             testing: Vec::new(),
+            split: None,
             place: recording.poses().iter().map(|p| [p.x_m, p.y_m]).collect(),
             travelled_m: recording.travelled_m(),
             unit: vec![0; recording.len()],
@@ -153,6 +160,13 @@ impl<'a> Protocol<'a> {
             Mapping::FirstLap => protocol.by_laps(config)?,
             Mapping::FirstRun => protocol.by_runs()?,
             Mapping::Split => protocol.by_split(&config.split)?,
+        }
+        if protocol.validation.is_empty() {
+            let own = protocol.recording.select(&protocol.mapping)?;
+            if let Ok(split) = SplitConfig::default().split(&own) {
+                let of_mapping = split.validation.iter().map(|&k| protocol.mapping[k]);
+                protocol.validation = of_mapping.collect();
+            }
         }
         Ok(protocol)
     }
@@ -278,6 +292,8 @@ impl<'a> Protocol<'a> {
             let new = tested[k] != tested[k - 1] || starts.binary_search(&k).is_ok();
             self.unit[k] = self.unit[k - 1] + usize::from(new);
         }
+        self.split = (!split.validation.is_empty()).then_some(config);
+        self.validation = split.validation;
         (self.testing, self.mapping) = (0..tested.len()).partition(|&k| tested[k]);
         let unit = match config.unit {
             Unit::Runs => "runs",

@@ -294,7 +294,7 @@ fn by_compass<'a>(context: &MethodContext<'a>, config: &CompassConfig) -> Result
 /// A filter with one or several sensor models, and what the trained one among them is.
 #[derive(Debug, Clone)]
 pub struct FilterConfig {
-    /// What it tells places apart by; several at once multiply.
+    /// What it tells places apart by; several at once multiply, without any it goes by odometry alone.
     pub landmarks: Vec<Box<dyn SensorModelConfig>>,
     /// File of the model of those landmarks that need one and name none.
     pub model: PathBuf,
@@ -332,6 +332,7 @@ impl FilterConfig {
             factors.push(landmarks.method(context)?);
         }
         let one = match factors.len() {
+            0 => Some(context.odometry(name, name)),
             1 => factors.pop(),
             _ => product(context, name, name, &factors.iter().collect::<Vec<_>>())?,
         };
@@ -373,9 +374,6 @@ impl Constants for FilterConfig {
     }
 
     fn check(&self) -> Result<()> {
-        if self.landmarks.is_empty() {
-            return Err(Error::usage("bayes.landmarks: none; expected one or more"));
-        }
         self.landmarks.iter().try_for_each(|l| l.check())
     }
 

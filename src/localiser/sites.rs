@@ -29,11 +29,15 @@ impl Sites {
         })
     }
 
+    /// Where a cell lies.
+    pub fn place(&self, cell: usize) -> [f64; 2] {
+        self.0[cell % self.0.len()]
+    }
+
     /// What a localiser with this belief says: the place of its mode, and how probable each place is.
     pub fn step(&self, belief: &Belief) -> Step {
-        let sites = &self.0;
         Step {
-            estimate: Some(Estimate::Place(sites[belief.mode() % sites.len()])),
+            estimate: Some(Estimate::Place(self.place(belief.mode()))),
             posterior: self.posterior(belief),
         }
     }

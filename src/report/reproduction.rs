@@ -18,9 +18,9 @@ pub fn sheets(paper: Paper, record: &ComparisonRecord) -> Vec<Sheet> {
     }
 }
 
-fn sheet(name: &'static str, title: &str, table: Table) -> Sheet {
+fn sheet(name: &str, title: &str, table: Table) -> Sheet {
     Sheet {
-        name,
+        name: name.into(),
         title: title.into(),
         table,
         reader: Reader::Everyone,

@@ -8,7 +8,8 @@ use crate::{
     error::{Error, Result},
     experiment::{
         error_reduction::ErrorReductionConfig, landmarks::LandmarksConfig,
-        protocol::ProtocolConfig, recognition::RecognitionConfig, standard::StandardConfig,
+        localise_config::LocaliseConfig, protocol::ProtocolConfig, recognition::RecognitionConfig,
+        standard::StandardConfig,
     },
     recording::{
         Recording,
@@ -60,6 +61,8 @@ pub struct CompareConfig {
     pub protocol: ProtocolConfig,
     /// The standard experiment: trials of localisers, and of recognisers without memory (Duckett & Nehmzow 1998, 6).
     pub standard: Option<StandardConfig>,
+    /// Thrun's trials: from anywhere, and from a known start (Thrun 1998, 5.2.4).
+    pub localisation: Option<LocaliseConfig>,
     /// Recognisers with as many responses as each other (Duckett & Nehmzow 2000).
     pub recognition: Option<RecognitionConfig>,
     /// What one snapshot takes away of a prior uncertainty (Thrun 1998, Fig. 3).
@@ -104,6 +107,7 @@ struct File {
     #[serde(default, alias = "stage")]
     protocol: ProtocolConfig,
     standard: Option<StandardConfig>,
+    localisation: Option<LocaliseConfig>,
     recognition: Option<RecognitionConfig>,
     error_reduction: Option<ErrorReductionConfig>,
     landmarks: Option<LandmarksConfig>,
@@ -122,6 +126,7 @@ impl Default for CompareConfig {
             system: Vec::new(),
             protocol: ProtocolConfig::default(),
             standard: None,
+            localisation: None,
             recognition: None,
             error_reduction: None,
             landmarks: None,
@@ -185,6 +190,7 @@ impl CompareConfig {
             system: system.collect::<Result<_>>()?,
             protocol: file.protocol,
             standard: file.standard,
+            localisation: file.localisation,
             recognition: file.recognition,
             error_reduction: file.error_reduction,
             landmarks: file.landmarks,
@@ -218,6 +224,10 @@ impl CompareConfig {
         if let Some(standard) = &mut self.standard {
             standard.every_s = standard.every_s.max(60.0);
             (standard.permutations, standard.resamples) = (19, 20);
+        }
+        if let Some(localisation) = &mut self.localisation {
+            localisation.trials = localisation.trials.min(8);
+            localisation.resamples = 20;
         }
         if let Some(recognition) = &mut self.recognition {
             (recognition.permutations, recognition.resamples) = (19, 20);
@@ -265,6 +275,11 @@ impl CompareConfig {
         self.standard
             .as_ref()
             .map_or(Ok(()), StandardConfig::check)?;
+        let in_section =
+            |e: Error| Error::usage(e.to_string().replace("localise.", "localisation."));
+        self.localisation
+            .as_ref()
+            .map_or(Ok(()), |config| config.check().map_err(in_section))?;
         self.recognition
             .as_ref()
             .map_or(Ok(()), RecognitionConfig::check)?;
@@ -275,12 +290,18 @@ impl CompareConfig {
             .as_ref()
             .map_or(Ok(()), LandmarksConfig::check)?;
         type TakesPart = fn(&System) -> bool;
-        let sections: [(&str, bool, TakesPart, &str); 4] = [
+        let sections: [(&str, bool, TakesPart, &str); 5] = [
             (
                 "standard",
                 self.standard.is_some(),
                 System::takes_trials,
                 "localiser or recogniser",
+            ),
+            (
+                "localisation",
+                self.localisation.is_some(),
+                |_| true,
+                "system",
             ),
             (
                 "recognition",

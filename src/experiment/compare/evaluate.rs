@@ -14,6 +14,11 @@ use crate::{
     experiment::{
         error_reduction::{self, Curve, ErrorReductionConfig},
         landmarks::{self, LandmarkRecord, LandmarksConfig},
+        localisation,
+        localise_config::LocaliseConfig,
+        mapped::Mapped,
+        methods::MethodContext,
+        parts::Parts,
         protocol::Protocol,
         recognition::{Recognition, RecognitionConfig, recognise, seconds_per_match},
         standard::{self, StandardConfig},
@@ -31,7 +36,7 @@ pub(super) struct Evaluator<'a, 'w> {
     pub folder: &'a Path,
     pub loaded: &'a LoadedDataset,
     /// The protocol, or why it can't be applied to the dataset.
-    pub protocol: Result<Protocol<'a>>,
+    pub protocol: &'a Result<Protocol<'a>>,
     pub model_cache: ModelCache<'a>,
     pub dataset: &'a str,
     pub progress_counter: &'a mut ProgressCounter<'w>,
@@ -44,6 +49,16 @@ impl Evaluator<'_, '_> {
             .next(&format!("{}: training", self.dataset));
         let systems = self.config.system.iter();
         let systems: Vec<Result<System>> = systems.map(|config| self.ready(config)).collect();
+        let trials = LocaliseConfig {
+            seed: Some(self.config.seed),
+            ..self.config.localisation.clone().unwrap_or_default()
+        };
+        let parts = self.protocol.as_ref().map(Parts::of_protocol);
+        let context = match (&parts, parts.as_ref().ok().and_then(|p| p.source.as_ref())) {
+            (Ok(parts), Some(source)) => MethodContext::over(Mapped::of(source), parts, &trials),
+            (Err(fault), _) => Err(Error::work(fault.to_string())),
+            (Ok(_), None) => Err(Error::work("nothing to learn from")), // a protocol has a mapping part
+        };
         if let Some(section) = &mut record.standard {
             // A dataset without room for a trial fails once, not once a system.
             let binning = self.binning(section.config.bin_m);
@@ -51,8 +66,20 @@ impl Evaluator<'_, '_> {
                 Ok(protocol) => standard::trials(protocol, &section.config).map(|_| binning),
                 Err(fault) => Err(Error::work(fault.to_string())),
             });
-            self.fill(section, &systems, shared, |this, _, asked, shared| {
-                this.standard(asked, shared)
+            self.fill(section, &systems, shared, |this, number, asked, shared| {
+                this.standard(number, asked, shared, &context)
+            });
+        }
+        if let Some(section) = &mut record.localisation {
+            let played = match &context {
+                Ok(context) => self.localisation(&systems, context),
+                Err(fault) => Err(Error::work(fault.to_string())),
+            };
+            section.records.push(match played {
+                Ok(record) => Outcome::Done(record),
+                Err(fault) => Outcome::Failed {
+                    why: named(self.dataset, &fault),
+                },
             });
         }
         if let Some(section) = &mut record.recognition {
@@ -101,7 +128,7 @@ impl Evaluator<'_, '_> {
             let name = &self.config.system[number].name;
             self.progress_counter
                 .next(&format!("{}: {name}", self.dataset));
-            let answer = match (&self.protocol, &shared, &systems[number]) {
+            let answer = match (self.protocol, &shared, &systems[number]) {
                 (Err(fault), ..) | (_, Err(fault), _) => Err(named(self.dataset, fault)),
                 (.., Err(fault)) => Err(named(name, fault)),
                 (Ok(protocol), Ok(shared), Ok(system)) => {
@@ -126,7 +153,7 @@ impl Evaluator<'_, '_> {
     fn ready(&mut self, config: &SystemConfig) -> Result<System> {
         let mut system = config.system.clone().beside(self.folder);
         if let (Some(recipe), Some(model), Ok(protocol)) =
-            (config.recipe(), system.model(), &self.protocol)
+            (config.recipe(), system.model(), self.protocol)
         {
             let (progress_counter, dataset) = (&mut *self.progress_counter, self.dataset);
             *model = self
@@ -164,20 +191,48 @@ impl Evaluator<'_, '_> {
     }
 
     fn binning(&self, bin_m: f64) -> Result<Binning> {
-        match &self.protocol {
+        match self.protocol {
             Ok(protocol) => protocol.binning(bin_m),
             Err(fault) => Err(Error::work(fault.to_string())),
         }
     }
 
+    /// Every system plays the same trials; one that can't be made is left out, with the reason.
+    fn localisation(
+        &mut self,
+        systems: &[Result<System>],
+        context: &MethodContext,
+    ) -> Result<localisation::Record> {
+        let mut methods = Vec::new();
+        for (system, config) in systems.iter().zip(&self.config.system) {
+            let name = &config.name;
+            let now = format!("{}: {name} gets ready", self.dataset);
+            self.progress_counter.meanwhile(&now);
+            let method = match system {
+                Ok(system) => system.method(context, name),
+                Err(fault) => Err(Error::work(fault.to_string())),
+            };
+            methods.push(method.unwrap_or_else(|fault| context.left_out(name, name, &fault)));
+        }
+        localisation::play(context, methods, &mut |at| {
+            let now = format!("{}: {} in trials", self.dataset, at.next);
+            self.progress_counter.next(&now);
+        })
+    }
+
     fn standard(
         &self,
+        number: usize,
         asked: Asked<StandardConfig>,
         binning: &Binning,
+        context: &Result<MethodContext>,
     ) -> Result<Option<StandardCell>> {
         let (protocol, seed) = (asked.protocol, self.seed());
         let (recording, mapping) = (&protocol.recording, &protocol.mapping);
-        let localiser = asked.system.learn_localiser(recording, mapping, seed)?;
+        let name = &self.config.system[number].name;
+        let localiser = asked
+            .system
+            .learn_localiser(name, recording, mapping, context, seed)?;
         let localiser = localiser.ok_or_else(|| unfit(asked.system))?;
         localiser.check_channels(recording.channels())?;
         Ok(Some(StandardCell {
@@ -240,7 +295,7 @@ impl Evaluator<'_, '_> {
                 }
             }
             System::Detector(detector) => by_detector(detector.fit(recording, mapping)?.as_ref()),
-            System::Localiser(_) => Err(unfit(asked.system)),
+            System::Localiser(_) | System::Filter(_) => Err(unfit(asked.system)),
         };
         curve.map(Some)
     }

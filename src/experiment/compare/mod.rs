@@ -20,8 +20,8 @@ pub use crate::detector::HandMade;
 pub use config::{CompareConfig, DatasetConfig};
 pub use progress::Progress;
 pub use record::{
-    Comparison, ComparisonRecord, DatasetRecord, Outcome, PairedTest, Section, StandardCell,
-    SystemRecord, Timing, file_names,
+    Comparison, ComparisonRecord, DatasetRecord, LocalisationSection, Outcome, PairedTest, Section,
+    StandardCell, SystemRecord, Timing, file_names,
 };
 pub use registry::Registry;
 pub use system::{System, SystemConfig};
@@ -58,10 +58,14 @@ pub fn compare(
     config.check()?;
     let mut record = ComparisonRecord::new(config)?;
     let steps = config.dataset.len()
-        * (2 + record
-            .sections()
-            .map(|systems| systems.len())
-            .sum::<usize>());
+        * (2 + config
+            .localisation
+            .as_ref()
+            .map_or(0, |_| config.system.len())
+            + record
+                .sections()
+                .map(|systems| systems.len())
+                .sum::<usize>());
     let mut progress_counter = ProgressCounter::new(steps, progress);
     // All of them first: a wrong name is an error before the work, not after half of it.
     let mut loaded = Vec::with_capacity(config.dataset.len());
@@ -97,7 +101,7 @@ pub fn compare(
             config,
             folder: folders.configuration,
             loaded,
-            protocol,
+            protocol: &protocol,
             model_cache: ModelCache::new(folders.models, name),
             dataset: &dataset.name,
             progress_counter: &mut progress_counter,
@@ -146,6 +150,13 @@ impl ComparisonRecord {
                 })
                 .collect(),
             standard: Section::new(&config.standard, who(System::takes_trials)),
+            localisation: config
+                .localisation
+                .clone()
+                .map(|config| LocalisationSection {
+                    config,
+                    records: Vec::new(),
+                }),
             recognition: Section::new(&config.recognition, who(System::recognises)),
             recognition_tests: Vec::new(),
             error_reduction: Section::new(&config.error_reduction, who(System::takes_snapshots)),

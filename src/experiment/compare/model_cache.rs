@@ -8,7 +8,10 @@ use crate::{
     model::{Note, Training},
     storage,
 };
-use std::path::{Path, PathBuf};
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+};
 
 /// The models of one dataset.
 pub(super) struct ModelCache<'a> {
@@ -74,7 +77,21 @@ fn train(
     file: &Path,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Vec<Note>> {
-    let recording = protocol.recording.select(&protocol.mapping)?;
+    let split;
+    let (recipe, recording) = match &protocol.split {
+        // The protocol deals the parts, just as `ballmark train` does: the model is the same.
+        Some(dealt) => {
+            split = Recipe {
+                split: *dealt,
+                ..recipe.clone()
+            };
+            (&split, Cow::Borrowed(&*protocol.recording))
+        }
+        None => {
+            let mapping = protocol.recording.select(&protocol.mapping)?;
+            (recipe, Cow::Owned(mapping))
+        }
+    };
     let training = Training::new(recipe, &recording).on_progress(|p| {
         if p.judged {
             progress(p);

@@ -3,6 +3,8 @@
 use crate::experiment::{
     error_reduction::{Curve, ErrorReductionConfig},
     landmarks::{LandmarkRecord, LandmarksConfig},
+    localisation,
+    localise_config::LocaliseConfig,
     recognition::{RecognitionConfig, RecognitionRecord},
     standard::{StandardConfig, StandardRecord},
 };
@@ -37,6 +39,9 @@ pub struct ComparisonRecord {
     /// The standard experiment.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub standard: Option<Section<StandardConfig, StandardCell>>,
+    /// Localisation trials.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub localisation: Option<LocalisationSection>,
     /// Recognition with as many responses as each other.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub recognition: Option<Section<RecognitionConfig, RecognitionRecord>>,
@@ -97,6 +102,16 @@ pub struct Section<C, T> {
     pub cells: Vec<Vec<Outcome<T>>>,
 }
 
+/// Localisation trials of all systems on all datasets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct LocalisationSection {
+    /// How they were played.
+    pub config: LocaliseConfig,
+    /// What came of them, one a dataset; who failed alone is in the record.
+    pub records: Vec<Outcome<localisation::Record>>,
+}
+
 /// What came of one system on one dataset: never a hole.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -145,6 +160,14 @@ impl<C, T> Section<C, T> {
             .iter()
             .flatten()
             .any(|cell| cell.done().is_some())
+    }
+}
+
+impl LocalisationSection {
+    /// Is there an answer at all?
+    pub fn any_done(&self) -> bool {
+        let mut done = self.records.iter().filter_map(Outcome::done);
+        done.any(|record| !record.results.is_empty())
     }
 }
 
@@ -202,6 +225,24 @@ impl ComparisonRecord {
             };
         }
         section!("standard", self.standard);
+        for (dataset, outcome) in self
+            .localisation
+            .iter()
+            .flat_map(|s| s.records.iter().enumerate())
+        {
+            let name = self.datasets[dataset].name.as_str();
+            match outcome {
+                Outcome::Failed { why } => {
+                    let systems = self.systems.iter();
+                    all.extend(systems.map(|s| ["localisation", s.name.as_str(), name, why]));
+                }
+                Outcome::Done(record) => {
+                    let absent = record.left_out.iter();
+                    all.extend(absent.map(|l| ["localisation", &*l.name, name, &*l.fault]));
+                }
+                Outcome::NotAsked => (),
+            }
+        }
         section!("recognition", self.recognition);
         section!("error_reduction", self.error_reduction);
         section!("landmarks", self.landmarks);
@@ -211,6 +252,7 @@ impl ComparisonRecord {
     /// Is there any answer?
     pub fn any_done(&self) -> bool {
         self.standard.as_ref().is_some_and(Section::any_done)
+            || self.localisation.iter().any(LocalisationSection::any_done)
             || self.recognition.as_ref().is_some_and(Section::any_done)
             || self.error_reduction.as_ref().is_some_and(Section::any_done)
             || self.landmarks.as_ref().is_some_and(Section::any_done)

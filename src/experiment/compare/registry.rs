@@ -4,15 +4,22 @@ use super::system::{System, SystemConfig};
 use crate::{
     detector::{DetectorConfig, HandMade},
     error::{Error, Result},
+    experiment::sensor_models::{FilterConfig, Landmarks, SensorModelConfig},
     learning::Recipe,
     localiser::{self, LocaliserConfig},
     recogniser::{self, RecogniserConfig},
 };
-use serde::de::DeserializeOwned;
-use std::fmt;
+use serde::{
+    Deserialize,
+    de::{DeserializeOwned, Error as _},
+};
+use std::{fmt, path::PathBuf};
 
 /// Makes a system of its table, without `kind`, `name` and `train`.
-type Parse = Box<dyn Fn(toml::Table) -> Parsed + Send + Sync>;
+type Parse = Box<dyn Fn(&Registry, toml::Table) -> Parsed + Send + Sync>;
+/// Makes a sensor model of its table, without `kind`.
+type ParseSensor = Box<dyn Fn(toml::Table) -> ParsedSensor + Send + Sync>;
+type ParsedSensor = std::result::Result<Box<dyn SensorModelConfig>, toml::de::Error>;
 type Parsed = std::result::Result<System, toml::de::Error>;
 
 /// Kinds of systems by the names that configurations use.
@@ -62,6 +69,8 @@ type Parsed = std::result::Result<System, toml::de::Error>;
 /// ```
 pub struct Registry {
     kinds: Vec<(String, Parse)>,
+    /// Kinds of sensor models, for `landmarks`.
+    sensor_models: Vec<(String, ParseSensor)>,
     /// Names that kinds had in the version before, and which kinds these are.
     former: Vec<(&'static str, &'static str)>,
 }
@@ -83,6 +92,7 @@ impl Registry {
     pub fn built_in() -> Self {
         let mut registry = Self {
             kinds: Vec::new(),
+            sensor_models: Vec::new(),
             former: Vec::new(),
         };
         for kind in recogniser::Kind::ALL {
@@ -93,7 +103,19 @@ impl Registry {
             let former = kind.former_name().map(|former| (former, kind.name()));
             registry.former.extend(former);
         }
-        for kind in localiser::Kind::ALL {
+        for name in Landmarks::NAMES {
+            let parse = move |mut table: toml::Table| {
+                table.insert("kind".into(), toml::Value::String(name.into()));
+                let landmarks: Landmarks = table.try_into()?;
+                Ok(Box::new(landmarks) as Box<dyn SensorModelConfig>)
+            };
+            registry.sensor_models.push((name.into(), Box::new(parse)));
+        }
+        registry
+            .kinds
+            .push(("bayes".into(), Box::new(Registry::filter)));
+        let whole = localiser::Kind::ALL.iter();
+        for kind in whole.filter(|&&kind| kind != localiser::Kind::Bayes) {
             registry.put(kind.name(), |table| {
                 let config: localiser::Config = table.try_into()?;
                 Ok(System::Localiser(Box::new(config)))
@@ -112,7 +134,7 @@ impl Registry {
 
     /// A built-in kind: an enumeration whose `kind` says which of its members the constants are of.
     fn put(&mut self, kind: &'static str, parse: fn(toml::Table) -> Parsed) {
-        let with_kind = move |mut table: toml::Table| {
+        let with_kind = move |_: &Registry, mut table: toml::Table| {
             table.insert("kind".into(), toml::Value::String(kind.into()));
             parse(table)
         };
@@ -161,15 +183,90 @@ impl Registry {
         })
     }
 
+    /// The same of a sensor model: a name that `landmarks` of `kind = "bayes"` may have.
+    ///
+    /// # Errors
+    /// A usage error where there is a sensor model of this name already.
+    pub fn add_sensor_model<C>(&mut self, kind: &str) -> Result<()>
+    where
+        C: SensorModelConfig + DeserializeOwned + 'static,
+    {
+        if self.sensor_models.iter().any(|(known, _)| known == kind) {
+            return Err(taken(kind));
+        }
+        let parse = |table: toml::Table| {
+            let config: C = table.try_into()?;
+            Ok(Box::new(config) as Box<dyn SensorModelConfig>)
+        };
+        self.sensor_models.push((kind.into(), Box::new(parse)));
+        Ok(())
+    }
+
     fn add(&mut self, kind: &str, parse: fn(toml::Table) -> Parsed) -> Result<()> {
         if self.find(kind).is_some() {
-            return Err(Error::usage(format!(
-                "there is a kind `{}` already; expected another name",
-                kind.escape_debug()
-            )));
+            return Err(taken(kind));
         }
+        let parse = move |_: &Registry, table| parse(table);
         self.kinds.push((kind.into(), Box::new(parse)));
         Ok(())
+    }
+
+    /// The grid Bayes filter: `landmarks` names a sensor model, or is its table with `kind`, or several of them.
+    fn filter(&self, mut table: toml::Table) -> Parsed {
+        let landmarks = match table.remove("landmarks") {
+            None => vec![toml::Value::String("learned".into())],
+            Some(toml::Value::Array(several)) => several,
+            Some(one) => vec![one],
+        };
+        let landmarks = landmarks.into_iter().map(|one| self.landmarks(one));
+        let landmarks = landmarks.collect::<std::result::Result<_, _>>()?;
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Rest {
+            #[serde(default)]
+            model: PathBuf,
+        }
+        // As a table whose keys are these, or an unknown one would be told without `landmarks`.
+        if let Some(key) = table.keys().find(|&key| key != "model") {
+            let fault = format!("unknown field `{key}`, expected `landmarks` or `model`");
+            return Err(toml::de::Error::custom(fault));
+        }
+        let Rest { model } = table.try_into()?;
+        Ok(System::Filter(FilterConfig { landmarks, model }))
+    }
+
+    fn landmarks(&self, value: toml::Value) -> ParsedSensor {
+        let mut table = match value {
+            toml::Value::String(kind) => toml::Table::from_iter([("kind".into(), kind.into())]),
+            toml::Value::Table(table) => table,
+            other => {
+                let fault = format!(
+                    "{other}: expected the name of a sensor model in quotes, or its table with `kind`"
+                );
+                return Err(toml::de::Error::custom(fault));
+            }
+        };
+        let Some(toml::Value::String(kind)) = table.remove("kind") else {
+            return Err(toml::de::Error::custom(
+                "no `kind` in quotes in a table of `landmarks`",
+            ));
+        };
+        let found = self.sensor_models.iter().find(|(known, _)| *known == kind);
+        let Some((_, parse)) = found else {
+            let all: Vec<&str> = self
+                .sensor_models
+                .iter()
+                .map(|(name, _)| name.as_str())
+                .collect();
+            return Err(toml::de::Error::custom(format!(
+                "no sensor model `{}`; expected one of {}",
+                kind.escape_debug(),
+                all.join(", ")
+            )));
+        };
+        parse(table).map_err(|fault| {
+            toml::de::Error::custom(format!("`{}`: {}", kind.escape_debug(), fault.message()))
+        })
     }
 
     /// Names of all kinds.
@@ -218,11 +315,11 @@ impl Registry {
             );
             (Some("kind".to_string()), fault)
         })?;
-        let system = parse(keys.clone()).map_err(|fault| {
+        let system = parse(self, keys.clone()).map_err(|fault| {
             // Each key tried alone tells which one is at fault, unless another one is missing then.
             let faults = keys.iter().filter_map(|(key, value)| {
                 let alone = toml::Table::from_iter([(key.clone(), value.clone())]);
-                let fault = parse(alone).err()?;
+                let fault = parse(self, alone).err()?;
                 let is_of_key = !fault.message().starts_with("missing field");
                 is_of_key.then(|| (Some(key.clone()), fault_of_key(&kind, key, &fault)))
             });
@@ -236,6 +333,13 @@ impl Registry {
             train: train.transpose()?,
         })
     }
+}
+
+fn taken(kind: &str) -> Error {
+    Error::usage(format!(
+        "there is a kind `{}` already; expected another name",
+        kind.escape_debug()
+    ))
 }
 
 /// What is wrong in a system's table: the key, where it is one key's fault, and the fault.

@@ -1,13 +1,17 @@
-//! Who takes part: recognisers, localisers and detectors, built-in or of one's own.
+//! Who takes part: recognisers, localisers, detectors and filters with any sensor model, built-in or of one's own.
 
 use crate::{
     detector::DetectorConfig,
     error::{Error, Result},
+    experiment::{
+        method::Method, method_localiser::FilterLocaliser, methods::MethodContext,
+        sensor_models::FilterConfig,
+    },
     learning::Recipe,
     localiser::{Localiser, LocaliserConfig, memoryless::AsLocaliser},
     recogniser::RecogniserConfig,
     recording::Recording,
-    registry::Constants,
+    registry::{self, Constants},
     seed::Seed,
 };
 use serde::{Serialize, Serializer, ser::Error as _};
@@ -37,6 +41,8 @@ pub enum System {
     Localiser(Box<dyn LocaliserConfig>),
     /// Says how probable features are, in place of learned ones.
     Detector(Box<dyn DetectorConfig>),
+    /// Answers as it goes: the grid Bayes filter with any sensor models.
+    Filter(FilterConfig),
 }
 
 impl System {
@@ -46,6 +52,7 @@ impl System {
             System::Recogniser(config) => config.as_ref(),
             System::Localiser(config) => config.as_ref(),
             System::Detector(config) => config.as_ref(),
+            System::Filter(config) => config,
         }
     }
 
@@ -54,6 +61,7 @@ impl System {
             System::Recogniser(config) => config.as_mut(),
             System::Localiser(config) => config.as_mut(),
             System::Detector(config) => config.as_mut(),
+            System::Filter(config) => config,
         }
     }
 
@@ -76,28 +84,63 @@ impl System {
             System::Recogniser(config) => config.to_json(),
             System::Localiser(config) => config.to_json(),
             System::Detector(config) => config.to_json(),
+            System::Filter(config) => registry::with_kind(config.kind(), config),
         }
     }
 
-    /// What it learns from the mapping part, as a localiser: a recogniser becomes one without memory. `None` where it is
-    /// neither.
+    /// What it learns from the mapping part, as a localiser: a recogniser becomes one without memory. A filter learns from the
+    /// training part of the context, and plays its run. `None` for a detector.
     ///
     /// # Errors
     /// Where it can't learn.
-    pub fn learn_localiser(
+    pub fn learn_localiser<'a>(
         &self,
+        name: &str,
         recording: &Recording,
         mapping: &[usize],
+        context: &Result<MethodContext<'a>>,
         seed: Seed,
-    ) -> Result<Option<Box<dyn Localiser>>> {
+    ) -> Result<Option<Box<dyn Localiser + 'a>>> {
         Ok(match self {
             System::Recogniser(config) => {
                 let recogniser = config.learn(recording, mapping, seed)?;
                 Some(Box::new(AsLocaliser(recogniser)))
             }
             System::Localiser(config) => Some(config.learn(recording, mapping, seed)?),
+            System::Filter(config) => {
+                let context = context.as_ref().map_err(|e| Error::work(e.to_string()))?;
+                let method = config.method(context, name)?;
+                Some(Box::new(FilterLocaliser::new(context, method)?))
+            }
             System::Detector(_) => None,
         })
+    }
+
+    /// Itself in localisation trials: a recogniser as P(response | ξ), a detector with its map, a localiser as it is.
+    ///
+    /// # Errors
+    /// Where it can't learn, or the recording lacks a sensor.
+    pub fn method<'a>(&self, context: &MethodContext<'a>, name: &str) -> Result<Method<'a>> {
+        let source = context.source()?;
+        let (recording, training) = (&source.recording, &source.training);
+        match self {
+            System::Recogniser(config) => {
+                let recogniser = config.learn(recording, training, context.seed())?;
+                context.recogniser(name, name, recogniser)
+            }
+            System::Localiser(config) => {
+                let mut mapping = [&training[..], &source.validation].concat();
+                mapping.sort_unstable();
+                let localiser = config.learn(recording, &mapping, context.seed())?;
+                localiser.check_channels(context.parts.run.channels())?;
+                Ok(context.localiser(name, name, localiser))
+            }
+            System::Detector(config) => {
+                let detector = config.fit(recording, training)?;
+                context.detector(name, name, detector.as_ref())
+            }
+            System::Filter(config) => config.method(context, name),
+        }
     }
 
     /// Where it names the file of a trained model: that name, which may be empty.
@@ -117,7 +160,7 @@ impl System {
 
     /// Does it answer snapshots, one by one?
     pub fn takes_snapshots(&self) -> bool {
-        !matches!(self, System::Localiser(_))
+        !matches!(self, System::Localiser(_) | System::Filter(_))
     }
 
     /// Does it look for landmarks that a plan has?
@@ -168,6 +211,11 @@ impl SystemConfig {
     /// The same of a localiser.
     pub fn localiser(name: &str, config: impl LocaliserConfig + 'static) -> Self {
         Self::new(name, System::Localiser(Box::new(config)))
+    }
+
+    /// The same of the grid Bayes filter with sensor models.
+    pub fn filter(name: &str, config: FilterConfig) -> Self {
+        Self::new(name, System::Filter(config))
     }
 
     /// The same of a detector.

@@ -90,7 +90,7 @@ fn a_place_along_the_route_is_where_the_mapped_places_around_it_are() {
     let along = recording.route_m().unwrap();
     for (&x_m, pose) in along.iter().zip(recording.poses()) {
         let truth = Places::Route(vec![x_m]);
-        let [x, y] = bayes.sites[bayes.grid.cell_at(&truth, 0).unwrap()];
+        let [x, y] = bayes.sites.place(bayes.grid.cell_at(&truth, 0).unwrap());
         let apart_m = pose.distance_m(&Pose::new(x, y, 0.0));
         // Half a cell along it, and as much aside as robots swerve.
         assert!(apart_m < 0.5, "{apart_m} at {x_m}");

@@ -79,7 +79,7 @@ pub(super) fn sheet(comparison: &Comparison) -> Option<Sheet> {
         }
     ));
     Some(Sheet {
-        name: "cost",
+        name: "cost".into(),
         title: "Recognition: what it costs".into(),
         table,
         reader: Reader::Everyone,

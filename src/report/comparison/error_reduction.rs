@@ -37,7 +37,7 @@ pub(super) fn sheet(record: &ComparisonRecord) -> Option<Sheet> {
          different places",
     );
     Some(Sheet {
-        name: "error-reduction",
+        name: "error-reduction".into(),
         title: "Error reduction against prior uncertainty".into(),
         table,
         reader: Reader::Everyone,

@@ -3,6 +3,7 @@
 mod caption;
 mod cost;
 mod error_reduction;
+mod localisation;
 mod recognition;
 mod standard;
 
@@ -18,7 +19,7 @@ use crate::{
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sheet {
     /// What its files are called, without the ending.
-    pub name: &'static str,
+    pub name: String,
     /// What it shows, in words.
     pub title: String,
     /// Itself; [`caption_lines`] holds for all tables of a comparison and is not in it.
@@ -46,6 +47,7 @@ pub type Picture = (String, String);
 pub fn sheets(comparison: &Comparison) -> Vec<Sheet> {
     let record = &comparison.record;
     let mut sheets = standard::sheets(record);
+    sheets.extend(localisation::sheets(record));
     sheets.extend(recognition::sheets(record));
     sheets.extend(cost::sheet(comparison));
     sheets.extend(error_reduction::sheet(record));
@@ -59,6 +61,7 @@ pub fn sheets(comparison: &Comparison) -> Vec<Sheet> {
 /// None with a record that was made by an experiment.
 pub fn pictures(comparison: &Comparison) -> Result<Vec<Picture>> {
     let mut pictures = standard::pictures(&comparison.record)?;
+    pictures.extend(localisation::pictures(&comparison.record)?);
     pictures.extend(cost::picture(comparison)?);
     pictures.extend(error_reduction::pictures(&comparison.record)?);
     Ok(pictures)
@@ -103,7 +106,7 @@ fn landmarks(record: &ComparisonRecord) -> Option<Sheet> {
         );
     }
     Some(Sheet {
-        name: "landmarks",
+        name: "landmarks".into(),
         title: "Hand-made landmarks against the plan".into(),
         table,
         reader: Reader::Everyone,

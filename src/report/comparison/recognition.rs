@@ -13,8 +13,8 @@ pub(super) fn sheets(record: &ComparisonRecord) -> Vec<Sheet> {
         return Vec::new();
     };
     let bins = format!("bins of {} m", section.config.bin_m);
-    let sheet = |name, title: String, table| Sheet {
-        name,
+    let sheet = |name: &str, title: String, table| Sheet {
+        name: name.into(),
         title,
         table,
         reader: Reader::Everyone,

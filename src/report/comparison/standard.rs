@@ -22,8 +22,8 @@ pub(super) fn sheets(record: &ComparisonRecord) -> Vec<Sheet> {
     let means = matrix(record, section, |cell| {
         Some(cell.record.mean_uncertainty_coefficient)
     });
-    let sheet = |name, title: &str, table, reader| Sheet {
-        name,
+    let sheet = |name: &str, title: &str, table, reader| Sheet {
+        name: name.into(),
         title: format!("Standard experiment{title}: {trials}"),
         table,
         reader,
