@@ -219,6 +219,14 @@ fn what_landmarks_may_not_be_is_refused_with_its_line() {
         &["line 5", "unknown field `bit`", "bits"],
     );
     refused("grid = 3", &["line 5", "unknown field `grid`", "landmarks"]);
+    place.write(
+        "c.toml",
+        "[[dataset]]\nfile = 'hall.npz'\n[[system]]\nkind = 'bayes'\ntrain = { split = { unit = '5m' } }\n\
+         [protocol]\nmapping = 'split'\n[localisation]\n",
+    );
+    place
+        .ballmark(&["compare", "c.toml"])
+        .refused(2, &["`bayes`: train.split", "[protocol.split]"]);
     let no_trials = "[[dataset]]\nfile = 'hall.npz'\n[[system]]\nkind = 'nearest'\n[localisation]\ntrials = 0\n";
     place.write("c.toml", no_trials);
     place
