@@ -81,6 +81,9 @@ fn validation_sequences(context: &MethodContext) -> Result<Vec<Trial>> {
 /// # Errors
 /// Where the recording is another one, or the model's places are too many or too far apart for a grid.
 pub fn tuned_scale(model: &Model, recording: &Recording) -> Result<Option<f64>> {
+    if model.header.scores.validation.is_none() {
+        return Ok(None);
+    }
     let parts = Parts::new(model, recording, None)?;
     let (models, config) = ([model], LocaliseConfig::default());
     let context = MethodContext::new(&models, &parts, &config)?;

@@ -69,23 +69,8 @@ fn reports_its_errors_in_json_and_leaves_only_the_model() {
             .is_some_and(|s| s > 0.0)
     );
     assert_eq!(place.files(), ["m.safetensors", "toy.csv", "toy.npz"]);
-    // What is stored is what trials tune.
-    assert!(
-        result["evidence_scale"].as_f64().is_some_and(|s| s > 0.0),
-        "{}",
-        result["evidence_scale"]
-    );
-    let localise = [
-        "localise",
-        "m.safetensors",
-        "toy.npz",
-        "--trials",
-        "4",
-        "--json",
-    ];
-    let localised = place.ballmark(&localise);
-    let localised: serde_json::Value = serde_json::from_str(&localised.done().stdout).unwrap();
-    assert_eq!(localised["evidence_scale"], result["evidence_scale"]);
+    let scale = result["evidence_scale"].as_f64();
+    assert!(scale.is_some_and(|s| s > 0.0), "{scale:?}");
 }
 
 #[test]
