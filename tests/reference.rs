@@ -15,12 +15,20 @@ mod words;
 use ballmark::{
     detector::{ceiling_light::CeilingLight, door::DoorConfig},
     experiment::{
-        compare::DatasetConfig, error_reduction::ErrorReductionConfig, landmarks::LandmarksConfig,
-        localisation::LocaliseConfig, protocol::ProtocolConfig, recognition::RecognitionConfig,
+        compare::DatasetConfig,
+        error_reduction::ErrorReductionConfig,
+        landmarks::LandmarksConfig,
+        localisation::LocaliseConfig,
+        protocol::ProtocolConfig,
+        recognition::RecognitionConfig,
+        sensor_models::{
+            CompassLandmarks, KernelViewsLandmarks, LearnedLandmarks, RandomBitsLandmarks,
+        },
         standard::StandardConfig,
     },
     learning::Recipe,
-    localiser, recogniser, world,
+    localiser::{self, monte_carlo::MonteCarloConfig},
+    recogniser, world,
 };
 use defaults::Defaults;
 use page::{Page, Section, Source};
@@ -111,6 +119,18 @@ impl<'a> Draft<'a> {
         let [item] = configs[..] else {
             panic!("{file}: expected one struct of constants that has defaults");
         };
+        self.add_constants(name, what, item, default);
+    }
+
+    /// The same for a struct that is found by its name.
+    fn add_kind_of(&mut self, kind: &str, name: &str, default: Value) {
+        let item = self.source.find(name, "");
+        let item =
+            item.unwrap_or_else(|| panic!("no type {name} that a configuration is read into"));
+        self.add_constants(kind, "", item, default);
+    }
+
+    fn add_constants(&mut self, name: &str, what: &str, item: &'a source::Item, default: Value) {
         let _ = write!(self.page.text, "\n### `kind = \"{name}\"`\n");
         if !what.is_empty() {
             let _ = write!(self.page.text, "\n{what}\n");
@@ -166,8 +186,8 @@ fn compare(source: &Source) -> Page {
         "Keys of a comparison",
         "For `ballmark compare C.toml`; [compare.md](../compare.md) says what the sections ask and which tables they make. \
          Above the sections may stand `seed` (1): of learning, trials, permutations and resamples, and of the worlds that \
-         name none. Each of `[standard]`, `[recognition]`, `[error_reduction]` and `[landmarks]` that is there makes its \
-         tables; file names are relative to the configuration.",
+         name none. Each of `[standard]`, `[localisation]`, `[recognition]`, `[error_reduction]` and `[landmarks]` that \
+         is there makes its tables; file names are relative to the configuration.",
     );
     let unnamed = Value::Table(toml::Table::from_iter([("name".into(), "".into())]));
     for (path, name, default) in [
@@ -186,6 +206,11 @@ fn compare(source: &Source) -> Page {
             "standard",
             "StandardConfig",
             value(StandardConfig::default()),
+        ),
+        (
+            "localisation",
+            "LocaliseConfig",
+            value(LocaliseConfig::default()),
         ),
         (
             "recognition",
@@ -233,13 +258,53 @@ fn systems(source: &Source) -> Page {
         );
     }
     draft.heading("Localisers", "A run gives responses, with memory.");
-    for kind in localiser::Kind::ALL {
+    let whole = localiser::Kind::ALL.iter();
+    for kind in whole.filter(|&&kind| kind != localiser::Kind::Bayes) {
         draft.add_kind(
             "localiser",
             kind.name(),
             kind.what(),
             value(kind.default_config()),
         );
+    }
+    let default = value(MonteCarloConfig::default());
+    draft.add_kind_of("monte_carlo", "MonteCarloConfig", default);
+    draft.heading(
+        "Sensor models",
+        "What the grid Bayes filter, `kind = \"bayes\"`, is driven by in a comparison: `landmarks` names one of these, or \
+         is its table with `kind`, or a list of them, which multiply; none (`[]`): odometry alone. `model` names the file of \
+         the learned ones, which else are trained on the mapping part by `train`. `kernel`, `likelihood_field` and \
+         `signal_field` have no constants, as what they have is tuned on the validation part; `door` and `ceiling_light` \
+         have those below.",
+    );
+    for (kind, name, default) in [
+        (
+            "learned",
+            "LearnedLandmarks",
+            value(LearnedLandmarks::default()),
+        ),
+        (
+            "learned_bits",
+            "LearnedLandmarks",
+            value(LearnedLandmarks::default()),
+        ),
+        (
+            "random_bits",
+            "RandomBitsLandmarks",
+            value(RandomBitsLandmarks::default()),
+        ),
+        (
+            "kernel_views",
+            "KernelViewsLandmarks",
+            value(KernelViewsLandmarks::default()),
+        ),
+        (
+            "compass",
+            "CompassLandmarks",
+            value(CompassLandmarks::default()),
+        ),
+    ] {
+        draft.add_kind_of(kind, name, default);
     }
     draft.heading("Hand-made landmarks", "Detectors of what people chose.");
     draft.add_kind("detector", "door", "", value(DoorConfig::default()));
@@ -320,11 +385,12 @@ fn the_reference_is_what_the_code_says() {
 }
 
 /// Types of constants that no file is read into: a library user's alone.
-const NOT_OF_A_FILE: [&str; 6] = [
+const NOT_OF_A_FILE: [&str; 7] = [
+    "BayesConfig",
+    "RenderConfig",
     "CorridorConfig",
     "LiveConfig",
     "LikelihoodFieldConfig",
-    "MonteCarloConfig",
     "OccupancyMapConfig",
     "SignalFieldConfig",
 ];

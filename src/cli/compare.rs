@@ -6,6 +6,7 @@ use crate::{
     experiment::compare::{
         CompareConfig, Comparison, ComparisonRecord, Folders, HandMade, compare,
     },
+    experiment::sensor_models::Landmarks,
     localiser, recogniser,
     report::comparison::{Reader, Sheet, caption_lines, pictures, sheets},
     storage,
@@ -16,8 +17,8 @@ use std::path::{Path, PathBuf};
 ///
 /// The configuration names [[dataset]]s (a `file`, or a `world` to be simulated at once) and [[system]]s (any recogniser or
 /// localiser by its `kind`, with its constants, and the hand-made landmarks `door` and `ceiling_light`). The first lap maps
-/// and the rest tests, unless [protocol] says otherwise. Each of [standard], [recognition], [error_reduction] and [landmarks]
-/// that is there makes a table. BaLL's filters are trained on the mapping part alone.
+/// and the rest tests, unless [protocol] says otherwise. Each of [standard], [localisation], [recognition], [error_reduction] and
+/// [landmarks] that is there makes a table. BaLL's filters are trained on the mapping part alone.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = help())]
 pub struct Arguments {
@@ -53,9 +54,11 @@ fn help() -> String {
         "\
 Kinds of recognisers (every section but [landmarks]): {}.
 
-Kinds of localisers ([standard]): {}.
+Kinds of localisers ([standard], [localisation]): {}, monte_carlo.
 
-Landmarks chosen by people ([error_reduction], [landmarks]): {}.
+Sensor models of the grid Bayes filter (kind = \"bayes\", landmarks = one or several; [standard], [localisation]): {}.
+
+Landmarks chosen by people ([localisation], [error_reduction], [landmarks]): {}.
 
 Kinds of one's own: a program that uses the library registers them (examples/own_recogniser.rs).
 
@@ -67,6 +70,7 @@ Example:
   ballmark compare configs/compare-duckett1998-b.toml --toy --out b",
         listed(&mut recognisers.into_iter()),
         listed(&mut localisers.into_iter()),
+        listed(&mut Landmarks::NAMES.into_iter()),
         listed(&mut HandMade::NAMES.into_iter()),
     )
 }

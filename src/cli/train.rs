@@ -5,6 +5,7 @@ use crate::{
     belief::Uncertainty,
     detector::device::DeviceChoice,
     error::Result,
+    experiment::sequences::tuned_scale,
     learning::{
         ErrorReduction, Recipe,
         recipe::NamedRecipe,
@@ -121,6 +122,12 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         }
     })?;
     let seconds = started.elapsed().as_secs_f64();
+    let mut learned = learned;
+    match tuned_scale(&learned.model, &recording) {
+        Ok(scale) => learned.model.header.evidence_scale = scale,
+        // A model that learned well is worth keeping, whatever a grid over its places would need.
+        Err(fault) => warn(&format!("note: evidence not tuned: {fault}")),
+    }
     learned.model.write(&arguments.output)?;
     // The model is safe; a stale checkpoint is only in the way.
     let _ = Training::remove_checkpoints(&recipe, &checkpoint);
@@ -201,6 +208,7 @@ fn json(learned: &Learned, seconds: f64) -> String {
         "stopped_by": report.stopped_by,
         "resumed_at": report.resumed_at,
         "notes": notes,
+        "evidence_scale": learned.model.header.evidence_scale,
         "recipe": learned.model.header.recipe,
         "timing": { "seconds": seconds },
     });
@@ -242,6 +250,11 @@ fn table(learned: &Learned, output: &Path, seconds: Option<f64>) -> Table {
         recipe.features, recipe.uncertainty, recipe.seed, report.steps
     ));
     table.caption("validation: unseen snapshots at places seen in training; the map from training snapshots only");
+    if let Some(scale) = learned.model.header.evidence_scale {
+        table.caption(format!(
+            "evidence of a snapshot counts to the power {scale:.3} in the filter: tuned on validation sequences"
+        ));
+    }
     table.caption(format!("model: {}", output.display()));
     table
 }

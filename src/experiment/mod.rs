@@ -26,7 +26,7 @@ pub mod recall;
 pub mod recognition;
 pub mod reproduce;
 pub mod sensor_models;
-mod sequences;
+pub mod sequences;
 mod signal_row;
 pub mod standard;
 pub mod trials;

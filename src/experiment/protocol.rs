@@ -117,7 +117,7 @@ pub struct Protocol<'a> {
     pub validation: Vec<usize>,
     /// Snapshots to be tested on, ascending.
     pub testing: Vec<usize>,
-    /// The split that dealt the parts, where it has a validation part of its own.
+    /// The split that dealt the parts, where it is to deal a validation part, too.
     pub split: Option<SplitConfig>,
     /// True place of every snapshot, metres.
     pub place: Vec<[f64; 2]>,
@@ -161,7 +161,7 @@ impl<'a> Protocol<'a> {
             Mapping::FirstRun => protocol.by_runs()?,
             Mapping::Split => protocol.by_split(&config.split)?,
         }
-        if protocol.validation.is_empty() {
+        if protocol.split.is_none() {
             let own = protocol.recording.select(&protocol.mapping)?;
             if let Ok(split) = SplitConfig::default().split(&own) {
                 let of_mapping = split.validation.iter().map(|&k| protocol.mapping[k]);
@@ -292,7 +292,7 @@ impl<'a> Protocol<'a> {
             let new = tested[k] != tested[k - 1] || starts.binary_search(&k).is_ok();
             self.unit[k] = self.unit[k - 1] + usize::from(new);
         }
-        self.split = (!split.validation.is_empty()).then_some(config);
+        self.split = (config.validation_every > 0).then_some(config);
         self.validation = split.validation;
         (self.testing, self.mapping) = (0..tested.len()).partition(|&k| tested[k]);
         let unit = match config.unit {

@@ -45,33 +45,33 @@ boxed_config!(SensorModelConfig, BoxedSensorModelConfig);
 #[non_exhaustive]
 pub enum Landmarks {
     /// Features that a model has learned (Thrun 1998).
-    Learned(LearnedConfig),
+    Learned(LearnedLandmarks),
     /// The same, each rounded to a bit.
-    LearnedBits(LearnedConfig),
+    LearnedBits(LearnedLandmarks),
     /// Doors.
     Door(DoorConfig),
     /// Ceiling lights.
     CeilingLight(CeilingLight),
     /// Signs of random projections.
-    RandomBits(RandomBitsConfig),
+    RandomBits(RandomBitsLandmarks),
     /// The scans themselves.
-    Kernel(KernelConfig),
+    Kernel(KernelLandmarks),
     /// The scans, seen from moved places as well.
-    KernelViews(KernelViewsConfig),
+    KernelViews(KernelViewsLandmarks),
     /// The responses of a recogniser.
-    Recogniser(ResponsesConfig),
+    Recogniser(RecogniserLandmarks),
     /// The likelihood field of an occupancy map.
     LikelihoodField(LikelihoodFieldLandmarks),
     /// Each reading regressed over places.
     SignalField(SignalFieldLandmarks),
     /// A compass.
-    Compass(CompassConfig),
+    Compass(CompassLandmarks),
 }
 
 /// Of learned features.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct LearnedConfig {
+pub struct LearnedLandmarks {
     /// File of the model; not said: the system's own.
     pub model: PathBuf,
 }
@@ -79,12 +79,12 @@ pub struct LearnedConfig {
 /// Of random bits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct RandomBitsConfig {
+pub struct RandomBitsLandmarks {
     /// Their number.
     pub bits: usize,
 }
 
-impl Default for RandomBitsConfig {
+impl Default for RandomBitsLandmarks {
     fn default() -> Self {
         Self { bits: 64 }
     }
@@ -93,19 +93,19 @@ impl Default for RandomBitsConfig {
 /// Of the raw-scan kernel: none, as its bandwidth is tuned on the validation part.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct KernelConfig {}
+pub struct KernelLandmarks {}
 
 /// Of the kernel over moved views.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct KernelViewsConfig {
+pub struct KernelViewsLandmarks {
     /// Moved views besides the recorded one.
     pub views: usize,
     /// Of what.
     pub moved: Moved,
 }
 
-impl Default for KernelViewsConfig {
+impl Default for KernelViewsLandmarks {
     fn default() -> Self {
         Self {
             views: VIEWS,
@@ -117,7 +117,7 @@ impl Default for KernelViewsConfig {
 /// Of a recogniser's responses.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ResponsesConfig {
+pub struct RecogniserLandmarks {
     /// Its kind and constants.
     pub recogniser: recogniser::Config,
 }
@@ -135,13 +135,13 @@ pub struct SignalFieldLandmarks {}
 /// Of a compass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct CompassConfig {
+pub struct CompassLandmarks {
     /// Standard deviation expected of a heading, radians. Assumed: steel and cables turn compasses by some ten degrees
     /// indoors.
     pub sd_rad: f64,
 }
 
-impl Default for CompassConfig {
+impl Default for CompassLandmarks {
     fn default() -> Self {
         Self { sd_rad: 0.2 }
     }
@@ -282,7 +282,7 @@ fn from_file<'a>(
 }
 
 /// The heading of a compass, which says nothing of the place.
-fn by_compass<'a>(context: &MethodContext<'a>, config: &CompassConfig) -> Result<Method<'a>> {
+fn by_compass<'a>(context: &MethodContext<'a>, config: &CompassLandmarks) -> Result<Method<'a>> {
     let source = context.source()?;
     let zero_rad = compass::zero_rad(&source.recording, &source.training)
         .ok_or_else(|| no_sensor("a recording with `compass`"))?;

@@ -348,7 +348,8 @@ fn replay(
     seed: Seed,
 ) -> Result<Vec<Step>> {
     let start = protocol.recording.poses()[trial.snapshots[0]];
-    let start = localiser.asks_for_the_start().then_some(start);
+    let needs_it = localiser.asks_for_the_start() && !localiser.can_start_anywhere();
+    let start = needs_it.then_some(start);
     let mut stream = seed.numbered_stream("standard trial", number as u64);
     let steps = player.play(&trial.snapshots, start, &mut stream)?;
     match steps.len() == trial.snapshots.len() {

@@ -1,6 +1,6 @@
 //! Localisation of a live robot, one observation at a time, without a dataset.
 
-use super::sensor_model::{LearnedFeatures, SensorModel};
+use super::sensor_model::{EvidenceScale, LearnedFeatures, SensorModel};
 use crate::{
     belief::{BayesFilter, Belief, Evidence, Grid, GridConfig, OdometryMotion, Places},
     error::{Error, Result},
@@ -24,6 +24,9 @@ pub struct LiveConfig {
     /// What the filter believes of odometry; none: what the model learned of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<OdometryMotion>,
+    /// Power of a snapshot's evidence, above 0; none: as tuned when the model was trained, or 1, at its word, where it was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evidence_scale: Option<f64>,
     /// Of the features that sampled evidence draws.
     pub seed: u64,
 }
@@ -34,6 +37,7 @@ impl Default for LiveConfig {
             grid: GridConfig::default(),
             evidence: Evidence::MeanField,
             motion: None,
+            evidence_scale: None,
             seed: 0,
         }
     }
@@ -76,6 +80,8 @@ const MAX_EVIDENCE: f64 = 2.0;
 pub struct LiveLocaliser {
     filter: BayesFilter,
     sensor: Box<dyn SensorModel>,
+    /// How much its evidence counts; none: as much as it says.
+    scale: Option<EvidenceScale>,
     stream: Stream,
     odometry: Option<Pose>,
     no_idea: Belief,
@@ -103,7 +109,16 @@ impl LiveLocaliser {
         let sensor = LearnedFeatures::new(Arc::new(model.detector()), map, config.evidence)?;
         let motion = config.motion.as_ref().unwrap_or(&model.header.motion);
         let stream = Seed(config.seed).stream("sampled features");
-        Self::from_parts(&grid, motion.clone(), Box::new(sensor), stream)
+        let mut robot = Self::from_parts(&grid, motion.clone(), Box::new(sensor), stream)?;
+        robot.scale = match config.evidence_scale.or(model.header.evidence_scale) {
+            Some(scale) if !(scale.is_finite() && scale > 0.0) => {
+                return Err(Error::usage(format!(
+                    "evidence_scale = {scale}: expected a number above 0"
+                )));
+            }
+            scale => scale.map(EvidenceScale::of),
+        };
+        Ok(robot)
     }
 
     /// A robot with any sensor model, made for the cells of `grid`. `stream` is for models that draw random numbers.
@@ -120,6 +135,7 @@ impl LiveLocaliser {
         Ok(Self {
             filter: BayesFilter::new(grid, motion, no_idea.clone())?,
             sensor,
+            scale: None,
             stream,
             odometry: None,
             no_idea,
@@ -190,7 +206,8 @@ impl LiveLocaliser {
     /// With learned features that is, by the rule of evidence, what [`Evidence::predictive_log_likelihood`] says: the
     /// probability of the drawn features (sampled), the probability that features drawn from belief and map are those drawn
     /// from the filters (Jeffrey, likelihood), or exp of the mean cross-entropy (mean field), each without a constant. With a
-    /// raw kernel the constant is the distance to the most similar scan.
+    /// raw kernel the constant is the distance to the most similar scan. Where the evidence is scaled, all of this is of the
+    /// scaled likelihood, whose best is 1.
     ///
     /// Odometry is not looked at: that is [`LiveLocaliser::predict`]'s part.
     ///
@@ -199,9 +216,12 @@ impl LiveLocaliser {
     /// wherever the belief has mass: the belief stays as it was.
     pub fn correct(&mut self, observation: &Observation) -> Result<f64> {
         let belief = self.filter.belief();
-        let log_likelihood = self
-            .sensor
-            .log_likelihood(observation, belief, &mut self.stream)?;
+        let mut log_likelihood =
+            self.sensor
+                .log_likelihood(observation, belief, &mut self.stream)?;
+        if let Some(scale) = self.scale {
+            scale.apply(&mut log_likelihood);
+        }
         // ln Σ_ξ Bel(ξ) P(z|ξ), from the model as it is scaled, and the same for a robot that may be anywhere.
         let log_predictive = self.filter.correct(&log_likelihood)?;
         let anywhere = self.no_idea.log_predictive(&log_likelihood);

@@ -98,6 +98,11 @@ pub trait Localiser: Send + Sync {
         false
     }
 
+    /// Is that pose a help that it can do without? Then it is given where the start counts as known, and else it is lost.
+    fn can_start_anywhere(&self) -> bool {
+        !self.asks_for_the_start()
+    }
+
     /// Does it never look at its sensors? Then, once its estimate is outside of all mapped places, it counts as outside
     /// for the rest of the trial (D98 7.1).
     fn is_blind(&self) -> bool {

@@ -191,6 +191,10 @@ impl Localiser for MonteCarlo {
         true
     }
 
+    fn can_start_anywhere(&self) -> bool {
+        true
+    }
+
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
         for wanted in self.sensors.iter().flatten() {
             let known = |channel: &&Channel| channel.name == wanted.name;

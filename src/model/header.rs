@@ -28,6 +28,10 @@ pub struct Header {
     pub activation: Activation,
     /// How far the odometry of the training part can be trusted.
     pub motion: OdometryMotion,
+    /// Power that a snapshot's evidence is taken to in the Bayes filter, as tuned on whole sequences of the validation part;
+    /// none where there was none, or the file is older.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence_scale: Option<f64>,
     /// Expected errors reached.
     pub scores: Scores,
     /// How the training went; none in files written before this was recorded.

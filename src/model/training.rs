@@ -224,6 +224,7 @@ fn model(
             input: training_set.input.clone(),
             activation: trained.weights.activation,
             motion: OdometryMotion::fitted(recording, snapshots),
+            evidence_scale: None,
             scores: Scores {
                 train: trained.train,
                 validation: trained.validation,

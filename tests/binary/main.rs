@@ -2,6 +2,7 @@
 
 mod camera_views;
 mod compare;
+mod compare_localisation;
 mod configs;
 mod device;
 mod help;

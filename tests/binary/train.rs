@@ -69,6 +69,8 @@ fn reports_its_errors_in_json_and_leaves_only_the_model() {
             .is_some_and(|s| s > 0.0)
     );
     assert_eq!(place.files(), ["m.safetensors", "toy.csv", "toy.npz"]);
+    let scale = result["evidence_scale"].as_f64();
+    assert!(scale.is_some_and(|s| s > 0.0), "{scale:?}");
 }
 
 #[test]

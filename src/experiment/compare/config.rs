@@ -7,13 +7,16 @@ use super::{
 use crate::{
     error::{Error, Result},
     experiment::{
-        error_reduction::ErrorReductionConfig, landmarks::LandmarksConfig,
-        localise_config::LocaliseConfig, protocol::ProtocolConfig, recognition::RecognitionConfig,
+        error_reduction::ErrorReductionConfig,
+        landmarks::LandmarksConfig,
+        localise_config::LocaliseConfig,
+        protocol::{Mapping, ProtocolConfig},
+        recognition::RecognitionConfig,
         standard::StandardConfig,
     },
     recording::{
         Recording,
-        split::{AUTO_STRETCH_M, ENOUGH_RUNS, Unit},
+        split::{AUTO_STRETCH_M, ENOUGH_RUNS, SplitConfig, Unit},
     },
     toml_file::TomlFile,
 };
@@ -267,6 +270,20 @@ impl CompareConfig {
         self.dataset.iter().try_for_each(DatasetConfig::check)?;
         self.system.iter().try_for_each(SystemConfig::check)?;
         self.protocol.check()?;
+        let deals = self.protocol.mapping == Mapping::Split;
+        if deals && self.protocol.split.validation_every > 0 {
+            let own_split = |system: &&SystemConfig| {
+                let train = system.train.as_ref();
+                train.is_some_and(|recipe| recipe.split != SplitConfig::default())
+            };
+            if let Some(system) = self.system.iter().find(own_split) {
+                return Err(Error::usage(format!(
+                    "[[system]] `{}`: train.split: [protocol.split] deals the parts of all systems; expected none, or \
+                     protocol.split.validation_every = 0",
+                    system.name.escape_debug()
+                )));
+            }
+        }
         self.check_sections()
     }
 

@@ -6,7 +6,7 @@ use crate::{
     error::{Error, Result},
     experiment::sensor_models::{FilterConfig, Landmarks, SensorModelConfig},
     learning::Recipe,
-    localiser::{self, LocaliserConfig},
+    localiser::{self, LocaliserConfig, monte_carlo::MonteCarloConfig},
     recogniser::{self, RecogniserConfig},
 };
 use serde::{
@@ -123,6 +123,12 @@ impl Registry {
             let former = kind.former_name().map(|former| (former, kind.name()));
             registry.former.extend(former);
         }
+        let monte_carlo = |_: &Registry, table: toml::Table| {
+            let config: MonteCarloConfig = table.try_into()?;
+            Ok(System::Localiser(Box::new(config)))
+        };
+        let name = "monte_carlo".to_string();
+        registry.kinds.push((name, Box::new(monte_carlo)));
         for name in HandMade::NAMES {
             registry.put(name, |table| {
                 let config: HandMade = table.try_into()?;

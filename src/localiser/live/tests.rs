@@ -155,3 +155,31 @@ fn what_makes_no_sense_is_an_error_and_changes_nothing() {
     let silent = Observation::new(recording.channels(), &nothing, 0.0, Pose::default());
     assert!(robot.correct(&silent.unwrap()).unwrap().is_finite());
 }
+
+#[test]
+fn evidence_counts_as_the_model_was_tuned_unless_somebody_says_otherwise() {
+    let (recording, mut model) = (corridor(), model());
+    let entropy = |model: &Model, evidence_scale: Option<f64>| {
+        let config = LiveConfig {
+            evidence_scale,
+            ..LiveConfig::default()
+        };
+        let mut robot = LiveLocaliser::with_config(model, &config).unwrap();
+        robot.observe(&recording.observation(3)).unwrap();
+        robot.entropy()
+    };
+    let at_its_word = entropy(&model, None);
+    model.header.evidence_scale = Some(0.25);
+    let tuned = entropy(&model, None);
+    assert!(tuned > at_its_word + 0.1, "{tuned} {at_its_word}");
+    assert_eq!(entropy(&model, Some(0.25)), tuned);
+    // The share that no model explains aside, 1 is the model's own word.
+    let own = entropy(&model, Some(1.0));
+    assert!(tuned > own + 0.1, "{tuned} {own}");
+    let config = LiveConfig {
+        evidence_scale: Some(0.0),
+        ..LiveConfig::default()
+    };
+    let fault = LiveLocaliser::with_config(&model, &config).err().unwrap();
+    assert!(fault.is_usage() && fault.to_string().contains("evidence_scale = 0"));
+}

@@ -1,7 +1,17 @@
 //! The constants of Monte Carlo localisation.
 
-use crate::error::{Error, Result};
+use super::MonteCarlo;
+use crate::{
+    belief::{Grid, GridConfig, OdometryMotion, Places},
+    error::{Error, Result},
+    localiser::{Localiser, LocaliserConfig},
+    mapping::{LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig},
+    recording::Recording,
+    registry::Constants,
+    seed::Seed,
+};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// How many particles, how they are weighed, and when some are drawn anew.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -107,5 +117,37 @@ impl MonteCarloConfig {
             return wrong("slow_decay", self.slow_decay.to_string(), &expected);
         }
         Ok(())
+    }
+}
+
+impl Constants for MonteCarloConfig {
+    fn kind(&self) -> &str {
+        "monte_carlo"
+    }
+
+    fn description(&self) -> &str {
+        "Monte Carlo localisation in an occupancy map of the mapping part's scans, as AMCL does it (Thrun, Burgard & Fox 2005)."
+    }
+
+    fn check(&self) -> Result<()> {
+        MonteCarloConfig::check(self)
+    }
+}
+
+impl LocaliserConfig for MonteCarloConfig {
+    /// Particles keep to where the mapping part was, as the cells of a grid filter do. Nothing random is drawn yet.
+    fn learn(
+        &self,
+        recording: &Recording,
+        snapshots: &[usize],
+        _: Seed,
+    ) -> Result<Box<dyn Localiser>> {
+        let map = OccupancyMap::from_scans(recording, snapshots, &OccupancyMapConfig::default())?;
+        let field = LikelihoodField::new(&map, &LikelihoodFieldConfig::default())?;
+        let poses = snapshots.iter().map(|&k| recording.poses()[k]).collect();
+        let grid = Grid::over(&Places::Plane(poses), &GridConfig::default())?;
+        let motion = OdometryMotion::fitted(recording, snapshots);
+        let localiser = MonteCarlo::new(Arc::new(field), motion, Arc::new(grid), self.clone())?;
+        Ok(Box::new(localiser.with_sensors_of(recording.channels())?))
     }
 }
