@@ -133,14 +133,17 @@ impl Mixture {
     /// A density per metre of a range, a probability of none (the book takes both as densities, one of them a narrow one:
     /// for places compared by the same reading it is all one).
     ///
-    /// Of a beam that the map says nothing about, only what needs no map is left: something before, or nothing to do with it.
+    /// A beam that the map says nothing about may hit something at any range alike: a place is not worse than others because
+    /// little of what it sees was mapped.
     pub(super) fn probability(&self, measured: Measured, expected: Rendered) -> f64 {
         match measured {
             Measured::Range(z_m) => {
                 // (6.4) to (6.6)
                 let p_hit = match expected {
                     Rendered::Hit(expected_m) => self.gaussian(z_m, f64::from(expected_m)),
-                    Rendered::Free | Rendered::Unknown => 0.0,
+                    Rendered::Free => 0.0,
+                    // Whatever it hits may be anywhere.
+                    Rendered::Unknown => 1.0 / self.most_m,
                 };
                 // (6.7) to (6.9)
                 let until_m = match expected {
@@ -196,15 +199,11 @@ mod tests {
         for expected in [0.1, 2.0, 7.9]
             .map(Rendered::Hit)
             .into_iter()
-            .chain([Rendered::Free])
+            .chain([Rendered::Free, Rendered::Unknown])
         {
             let all = over_ranges(expected) + mixture.probability(Measured::Max, expected);
             assert!((all - 1.0).abs() < 1e-4, "{expected:?}: {all}");
         }
-        // Of what is unknown, only what needs no map: hits are missing.
-        let all =
-            over_ranges(Rendered::Unknown) + mixture.probability(Measured::Max, Rendered::Unknown);
-        assert!((all - (1.0 - mixture.hit)).abs() < 1e-4, "{all}");
     }
 
     #[test]
