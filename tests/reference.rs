@@ -273,7 +273,7 @@ fn systems(source: &Source) -> Page {
         "Sensor models",
         "What the grid Bayes filter, `kind = \"bayes\"`, is driven by in a comparison: `landmarks` names one of these, or \
          is its table with `kind`, or a list of them, which multiply; none (`[]`): odometry alone. `model` names the file of \
-         the learned ones, which else are trained on the mapping part by `train`. `kernel`, `likelihood_field` and \
+         the learned ones, which else are trained on the mapping part by `train`. `kernel`, `likelihood_field`, `beam_model` and \
          `signal_field` have no constants, as what they have is tuned on the validation part; `door` and `ceiling_light` \
          have those below.",
     );
@@ -385,8 +385,9 @@ fn the_reference_is_what_the_code_says() {
 }
 
 /// Types of constants that no file is read into: a library user's alone.
-const NOT_OF_A_FILE: [&str; 7] = [
+const NOT_OF_A_FILE: [&str; 8] = [
     "BayesConfig",
+    "BeamModelConfig",
     "RenderConfig",
     "CorridorConfig",
     "LiveConfig",

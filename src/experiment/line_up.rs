@@ -3,7 +3,7 @@
 use super::{
     kernels::{Moved, VIEWS, kernel, kernel_views, moves_show},
     learned_row::{Rounded, learned_features, random_bits},
-    maps::{MAP, MapMethods, map_methods},
+    maps::{BEAM, BEAM_MODEL, MAP, MapMethods, map_methods},
     method::Method,
     methods::MethodContext,
     product::product,
@@ -35,11 +35,13 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
             Ok(None) => (),
             Ok(Some(MapMethods {
                 mut field,
+                beam,
                 particles,
             })) => {
                 let both = with_learned(context, &mut all[..learned], &mut field, "map")?;
                 all.extend(both);
                 all.push(field);
+                all.push(beam.unwrap_or_else(|fault| context.left_out(BEAM_MODEL, BEAM, &fault)));
                 all.extend(particles);
             }
             // A rival that this recording does not allow must not keep the others from playing.

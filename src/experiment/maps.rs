@@ -5,9 +5,10 @@ use super::{method::Method, methods::MethodContext};
 use crate::{
     belief::{Places, Uncertainty},
     error::Result,
+    geometry::Pose,
     localiser::{
         monte_carlo::{MonteCarlo, MonteCarloConfig},
-        sensor_model::LikelihoodFieldModel,
+        sensor_model::{BeamModel, BeamModelConfig, LikelihoodFieldModel},
     },
     mapping::{LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig},
     recording::Recording,
@@ -30,10 +31,17 @@ pub(super) fn has_ranges(recording: &Recording, channels: &[String]) -> bool {
 /// The map in tables.
 pub(super) const MAP: &str = "occupancy map";
 
+/// Its beam model, in results and in tables.
+pub(super) const BEAM_MODEL: &str = "beam_model";
+/// See [`BEAM_MODEL`].
+pub(super) const BEAM: &str = "map, beam model";
+
 /// What a user of a range sensor has.
 pub(super) struct MapMethods<'a> {
     /// The map's likelihood field in the filter.
     pub field: Method<'a>,
+    /// The beam model on scans rendered from the map, or why there is none.
+    pub beam: Result<Method<'a>>,
     /// The same field in particle filters, in the plane.
     pub particles: Vec<Method<'a>>,
 }
@@ -91,6 +99,11 @@ pub(super) fn map_methods<'a>(context: &MethodContext<'a>) -> Result<Option<MapM
         usual_scale: USUAL_SCALE,
         ..method
     };
+    let beam = beam_model(context, &map, &training).map(|method| Method {
+        other_bytes: map.bytes() + poses_bytes,
+        usual_scale: USUAL_SCALE,
+        ..method
+    });
     let mut particles = Vec::new();
     if let Places::Plane(_) = &**context.grid.places() {
         for count in PARTICLES {
@@ -102,8 +115,30 @@ pub(super) fn map_methods<'a>(context: &MethodContext<'a>) -> Result<Option<MapM
     }
     Ok(Some(MapMethods {
         field: field_in_filter,
+        beam,
         particles,
     }))
+}
+
+/// The beam model on scans that are rendered from the map: in the plane at every cell, along a route at the poses near one.
+fn beam_model<'a>(
+    context: &MethodContext<'a>,
+    map: &OccupancyMap,
+    training: &[Vec<Pose>],
+) -> Result<Method<'a>> {
+    let source = context.source()?;
+    let (channels, config) = (source.recording.channels(), BeamModelConfig::default());
+    let alone = BeamModel::at_poses(map, channels, &config, training.to_vec())?;
+    let at_cells = match &**context.grid.places() {
+        Places::Plane(_) => BeamModel::over_grid(map, channels, &config, &context.grid)?,
+        Places::Route(cells) => {
+            let near = |cell: usize| context.cells.of(cell).iter();
+            let of_cell = |cell: usize| near(cell).map(|&k| training[k][0]).collect();
+            let poses = (0..cells.len()).map(of_cell).collect();
+            BeamModel::at_poses(map, channels, &config, poses)?
+        }
+    };
+    context.judged_sensor_model(BEAM_MODEL, BEAM, &alone, Box::new(at_cells))
 }
 
 /// Monte Carlo localisation with the map's field: what AMCL does.

@@ -62,6 +62,8 @@ pub enum Landmarks {
     Recogniser(RecogniserLandmarks),
     /// The likelihood field of an occupancy map.
     LikelihoodField(LikelihoodFieldLandmarks),
+    /// The beam model on scans rendered from that map.
+    BeamModel(BeamModelLandmarks),
     /// Each reading regressed over places.
     SignalField(SignalFieldLandmarks),
     /// A compass.
@@ -127,6 +129,11 @@ pub struct RecogniserLandmarks {
 #[serde(deny_unknown_fields, default)]
 pub struct LikelihoodFieldLandmarks {}
 
+/// Of the beam model.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BeamModelLandmarks {}
+
 /// Of the signal field.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -152,7 +159,7 @@ const MOST: usize = 4096;
 
 impl Landmarks {
     /// The names of all of them.
-    pub const NAMES: [&'static str; 11] = [
+    pub const NAMES: [&'static str; 12] = [
         "learned",
         "learned_bits",
         "door",
@@ -162,6 +169,7 @@ impl Landmarks {
         "kernel_views",
         "recogniser",
         "likelihood_field",
+        "beam_model",
         "signal_field",
         "compass",
     ];
@@ -179,8 +187,9 @@ impl Constants for Landmarks {
             Self::KernelViews(_) => 6,
             Self::Recogniser(_) => 7,
             Self::LikelihoodField(_) => 8,
-            Self::SignalField(_) => 9,
-            Self::Compass(_) => 10,
+            Self::BeamModel(_) => 9,
+            Self::SignalField(_) => 10,
+            Self::Compass(_) => 11,
         };
         Self::NAMES[number]
     }
@@ -242,6 +251,10 @@ impl SensorModelConfig for Landmarks {
             }
             Self::LikelihoodField(_) => match map_methods(context)? {
                 Some(MapMethods { field, .. }) => Ok(field),
+                None => Err(no_sensor("a range sensor whose beams have bearings")),
+            },
+            Self::BeamModel(_) => match map_methods(context)? {
+                Some(MapMethods { beam, .. }) => beam,
                 None => Err(no_sensor("a range sensor whose beams have bearings")),
             },
             Self::SignalField(_) => {

@@ -1,6 +1,6 @@
 //! The likelihood field of an occupancy map as a sensor model: what a user of a laser scanner has without learning.
 
-use super::SensorModel;
+use super::{SensorModel, ln_mean_exp};
 use crate::{
     belief::{Belief, Grid},
     error::{Error, Result},
@@ -118,16 +118,6 @@ impl SensorModel for LikelihoodFieldModel {
             }
         })
     }
-}
-
-/// ln of the mean of exp(l); −∞ of none.
-fn ln_mean_exp(l: &[f64]) -> f64 {
-    let best = l.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if !best.is_finite() {
-        return f64::NEG_INFINITY;
-    }
-    let sum: f64 = l.iter().map(|l| (l - best).exp()).sum();
-    best + (sum / l.len() as f64).ln()
 }
 
 #[cfg(test)]

@@ -38,6 +38,7 @@
 //! # Ok::<(), ballmark::Error>(())
 //! ```
 
+pub mod beam_model;
 pub mod compass;
 pub mod evidence_scale;
 pub mod independent;
@@ -46,6 +47,7 @@ pub mod learned;
 pub mod likelihood_field;
 pub mod signal_field;
 
+pub use beam_model::{BeamModel, BeamModelConfig};
 pub use compass::Compass;
 pub use evidence_scale::{EvidenceScale, Scaled};
 pub use independent::{Independent, PreparedProduct};
@@ -139,6 +141,16 @@ impl<M: Deref<Target: SensorModel> + Send + Sync> PreparedSensorModel for OneByO
 /// An answer that says nothing about the place.
 fn flat(belief: &Belief) -> Vec<f64> {
     vec![0.0; belief.mass().len()]
+}
+
+/// ln of the mean of exp(l); −∞ of none.
+fn ln_mean_exp(l: &[f64]) -> f64 {
+    let best = l.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if !best.is_finite() {
+        return f64::NEG_INFINITY;
+    }
+    let sum: f64 = l.iter().map(|l| (l - best).exp()).sum();
+    best + (sum / l.len() as f64).ln()
 }
 
 #[cfg(test)]
