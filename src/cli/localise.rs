@@ -149,6 +149,11 @@ pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Resul
         &folder.join("error_by_distance.csv"),
         &tables::curves(record).csv(),
     )?;
+    write_text(
+        &folder.join("risk_coverage.csv"),
+        &tables::risk_coverage(record).csv(),
+    )?;
+    write_text(&folder.join("paired.csv"), &tables::paired(record).csv())?;
     let anywhere = tables::error_plot(&format!("{title}: start anywhere"), record, false)?;
     write_text(&folder.join("error_by_distance.svg"), &anywhere)?;
     let known = tables::error_plot(&format!("{title}: start known"), record, true)?;
@@ -190,7 +195,8 @@ pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
         "unseen": record.unseen,
         "covered": record.covered,
         "unseen_is_validation": record.unseen_is_validation,
-        "timing": { "seconds": seconds },
+        "timing": { "seconds": seconds, "step_ms": record.timing.step_ms },
+        "paired_tests": record.paired_tests,
     });
     let mut systems = Vec::new();
     for result in &record.results {

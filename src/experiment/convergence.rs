@@ -14,12 +14,20 @@ const FOR_M: f64 = 5.0;
 const TO_THE_END_M: f64 = 2.0;
 
 /// What a localiser answered along one trial, one entry a snapshot.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Answers {
     /// Σ Bel·e in metres (Thrun 1998, eq. 21).
     pub expected_error_m: Vec<f64>,
     /// Distance from the truth to the belief's mode, in metres.
     pub point_error_m: Vec<f64>,
+    /// Mass of the cells likelier than the truth's; empty where there is no belief over cells.
+    pub likelier_mass: Vec<f64>,
+    /// Milliseconds of wall clock that each answer took.
+    pub step_ms: Vec<f64>,
+    /// How far the last answer's heading is from the true one, in [0, π]; none where it has no heading.
+    pub end_heading_error_rad: Option<f64>,
+    /// Mass within 1 m of the last point estimate; none where the answer comes without a belief.
+    pub end_confidence: Option<f64>,
 }
 
 /// One row of an error curve.
@@ -106,16 +114,7 @@ pub fn error_curve(
         // Errors of the trials that go this far, by what is resampled.
         let mut units: BTreeMap<usize, (f64, f64, usize)> = BTreeMap::new();
         for (trial, answers) in trials.iter().zip(answers) {
-            let reached = trial
-                .travelled_m
-                .last()
-                .is_some_and(|end| *end >= distance_m - 0.5 * spacing_m);
-            if reached {
-                let latest = trial
-                    .travelled_m
-                    .partition_point(|d| *d <= distance_m + 1e-9)
-                    .max(1)
-                    - 1;
+            if let Some(latest) = latest_at(trial, distance_m, spacing_m) {
                 let sums = units.entry(trial.unit).or_default();
                 sums.0 += answers.expected_error_m[latest];
                 sums.1 += answers.point_error_m[latest];
@@ -153,6 +152,14 @@ pub fn error_curve(
         });
     }
     rows
+}
+
+/// The latest snapshot of a trial at this distance from its start; none where the trial ends before, by more than half
+/// the spacing of snapshots.
+pub(super) fn latest_at(trial: &Trial, distance_m: f64, spacing_m: f64) -> Option<usize> {
+    let travelled = &trial.travelled_m;
+    let passed = travelled.partition_point(|d| *d <= distance_m + 1e-9);
+    (*travelled.last()? >= distance_m - 0.5 * spacing_m).then(|| passed.max(1) - 1)
 }
 
 /// A share of some trials or snapshots, with its 95 % interval by bootstrap over what each came from (a run, a stretch); no
@@ -217,6 +224,7 @@ mod tests {
         Answers {
             expected_error_m: expected.to_vec(),
             point_error_m: vec![0.3; expected.len()],
+            ..Answers::default()
         }
     }
 

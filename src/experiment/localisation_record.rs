@@ -1,8 +1,12 @@
 //! What came of localisation trials: figures of every method, as tables and JSON show them.
 
-use super::convergence::Row;
+use super::{
+    convergence::Row, end_success::SuccessAtEnd, paired_trials::PairedTest,
+    region_coverage::Coverage, risk_coverage::RiskCoverage,
+};
 use crate::{belief::Uncertainty, learning::error_reduction::ErrorReduction};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// How one method did in one kind of trial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,6 +62,24 @@ pub struct MethodResult {
     pub tracked_error_m: Option<f64>,
     /// Its 95 % interval.
     pub tracked_error_m_ci95: Option<[f64; 2]>,
+    /// Share of the trials from a start anywhere that end within some distances of the truth.
+    #[serde(default)]
+    pub success_at_end: Vec<SuccessAtEnd>,
+    /// Share of them that end with a heading within 5° of the true one; null along a route and for whole localisers, whose
+    /// answers have no heading.
+    #[serde(default)]
+    pub heading_within_5deg: Option<f64>,
+    /// Its 95 % interval.
+    #[serde(default)]
+    pub heading_within_5deg_ci95: Option<[f64; 2]>,
+    /// How often the truth lies in regions of the belief, over all steps of these trials; empty for whole localisers, which
+    /// have no belief over cells.
+    #[serde(default)]
+    pub coverage: Vec<Coverage>,
+    /// What is left of their errors where the least sure are rejected; empty for whole localisers that say nothing of how
+    /// sure they are.
+    #[serde(default)]
+    pub risk_coverage: Vec<RiskCoverage>,
     /// Trials that start anywhere.
     #[serde(flatten)]
     pub global: TrialSummary,
@@ -109,8 +131,30 @@ pub struct Record {
     pub priors: Vec<Uncertainty>,
     /// In the order that the methods played.
     pub results: Vec<MethodResult>,
+    /// Every other method against the first.
+    #[serde(default)]
+    pub paired_tests: Vec<PairedTest>,
+    /// How long the methods took.
+    #[serde(skip)]
+    pub timing: Timing,
     /// Methods that could not be made.
     pub left_out: Vec<LeftOut>,
+}
+
+/// Wall clock, which differs from call to call: records are equal whatever theirs is, and have none in their JSON.
+#[derive(Debug, Clone, Default)]
+#[non_exhaustive]
+pub struct Timing {
+    /// By method, the median milliseconds from a snapshot's odometry and readings to the answer, in trials that start
+    /// anywhere, several of which play at once; of a whole localiser the mean over each trial's steps. What is made for all
+    /// snapshots before the trials does not count.
+    pub step_ms: BTreeMap<String, f64>,
+}
+
+impl PartialEq for Timing {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// A method that could not be made from this recording.

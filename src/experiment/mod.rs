@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod convergence;
+pub mod end_success;
 pub mod error_reduction;
 pub mod evidence_tuning;
 pub mod held_out;
@@ -18,13 +19,16 @@ mod maps;
 pub mod method;
 mod method_localiser;
 pub mod methods;
+pub mod paired_trials;
 pub mod parts;
 pub mod printed;
 pub mod product;
 pub mod protocol;
 pub mod recall;
 pub mod recognition;
+pub mod region_coverage;
 pub mod reproduce;
+pub mod risk_coverage;
 pub mod sensor_models;
 pub mod sequences;
 mod signal_row;

@@ -1,10 +1,15 @@
 //! What localisation trials gave, for readers: one table, the curves as CSV, and their picture.
 
+mod trial_figures;
+
+pub use trial_figures::{paired, risk_coverage};
+
 use super::{Cell, Curve, Table, line_plot};
 use crate::{
     error::Result,
     experiment::localisation::{MethodResult, Record},
 };
+use trial_figures::{extra_figures, extra_headers};
 
 /// One row a method.
 pub fn table(record: &Record) -> Table {
@@ -109,6 +114,7 @@ pub fn figures(record: &Record) -> Table {
     ] {
         headers.extend(["", "_low95", "_high95"].map(|end| format!("{shared}{end}")));
     }
+    headers.extend(extra_headers());
     let alone = [
         "distance_to_converge_m",
         "mean_error_below_1m_at_m",
@@ -140,6 +146,7 @@ pub fn figures(record: &Record) -> Table {
             row.push(Cell::number(interval.map(|ci| ci[0]), 4));
             row.push(Cell::number(interval.map(|ci| ci[1]), 4));
         }
+        row.extend(extra_figures(result));
         row.push(Cell::number(global.distance_to_converge_m, 2));
         row.push(Cell::number(global.mean_error_below_1m_at_m, 2));
         row.push(Cell::number(result.evidence_scale, 6));

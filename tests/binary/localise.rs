@@ -83,6 +83,11 @@ fn every_contender_is_in_the_table_and_in_the_json() {
         "robot_bytes",
         "evidence_scale",
         "tracking",
+        "success_at_end",
+        "heading_within_5deg",
+        "heading_within_5deg_ci95",
+        "coverage",
+        "risk_coverage",
     ];
     let systems = result["systems"].as_array().unwrap();
     let named = |name: &str| {
@@ -107,6 +112,26 @@ fn every_contender_is_in_the_table_and_in_the_json() {
                 "{key} is missing in {contender}"
             );
         }
+        let rows = |key: &str| contender[key].as_array().unwrap().clone();
+        let levels = |key: &str, of: &str| -> Vec<f64> {
+            rows(key)
+                .iter()
+                .map(|row| row[of].as_f64().unwrap())
+                .collect()
+        };
+        assert_eq!(levels("success_at_end", "within_m"), [0.2, 0.3, 0.5, 1.0]);
+        assert_eq!(levels("coverage", "level"), [0.5, 0.9, 0.99]);
+        for key in ["success_at_end", "coverage"] {
+            let shares = levels(key, "share");
+            assert!(shares.is_sorted(), "{key}: {shares:?}");
+            assert!(0.0 <= shares[0] && shares[shares.len() - 1] <= 1.0);
+        }
+        let left = levels("risk_coverage", "trials");
+        assert_eq!(left, [4.0, 4.0, 4.0, 3.0, 3.0, 2.0, 2.0, 2.0, 1.0, 1.0]);
+        // Nothing rejected: the same trials as those of success within 1 m.
+        let success = levels("success_at_end", "share")[3];
+        assert!((levels("risk_coverage", "within_1m")[0] - success).abs() < 1e-12);
+        assert!(contender["heading_within_5deg"].is_null()); // along a route
         let row = &contender["error_by_distance"][1];
         assert_eq!(row["distance_m"], 0.5);
         let (mean, interval) = (row["expected_error_m"].as_f64().unwrap(), &row["ci95_m"]);
@@ -115,6 +140,25 @@ fn every_contender_is_in_the_table_and_in_the_json() {
                 && mean <= interval[1].as_f64().unwrap() + 1e-9,
             "{row}"
         );
+    }
+    let tests = result["paired_tests"].as_array().unwrap();
+    let judged = systems.iter().filter(|system| system["fault"].is_null());
+    assert_eq!(tests.len(), judged.count() - 1);
+    for test in tests {
+        assert_eq!(test["against"], systems[0]["name"]);
+        assert!(test["found_difference"].is_number(), "{test}");
+        // Four trials are too few.
+        for key in ["p", "p_holm", "p_found", "p_found_holm"] {
+            assert_eq!(
+                test.get(key),
+                Some(&serde_json::Value::Null),
+                "{key}: {test}"
+            );
+        }
+    }
+    for name in names {
+        let step_ms = result["timing"]["step_ms"][name].as_f64();
+        assert!(step_ms.is_some_and(|ms| ms > 0.0), "{name}: {step_ms:?}");
     }
     // 24 sonars, one reading each: a float a reading, in 25 views; bits; no map.
     for (contender, bytes) in [
@@ -162,6 +206,8 @@ fn every_contender_is_in_the_table_and_in_the_json() {
         "error_by_distance.csv",
         "error_by_distance.svg",
         "localisation.csv",
+        "paired.csv",
+        "risk_coverage.csv",
         "tracking_error.svg",
     ];
     for file in files {

@@ -1,0 +1,123 @@
+//! How often a robot is where it takes itself to be when a trial ends.
+
+use super::{
+    convergence::{Answers, share},
+    trials::Trial,
+};
+use crate::seed::Seed;
+use serde::{Deserialize, Serialize};
+
+/// Distances that are reported, in metres.
+pub const WITHIN_M: [f64; 4] = [0.2, 0.3, 0.5, 1.0];
+
+/// The heading error that is reported, in degrees.
+const HEADING_WITHIN_DEG: f64 = 5.0;
+
+/// Share of the trials whose point error after the last snapshot is at most this.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SuccessAtEnd {
+    /// Largest point error that counts, in metres.
+    pub within_m: f64,
+    /// Share of all trials.
+    pub share: f64,
+    /// Its 95 % interval, by bootstrap over runs or stretches; null where there is only one.
+    pub share_ci95: Option<[f64; 2]>,
+}
+
+/// The shares within each of [`WITHIN_M`]; empty where there is no trial.
+pub fn success_at_end(
+    trials: &[Trial],
+    answers: &[Answers],
+    resamples: usize,
+    seed: Seed,
+) -> Vec<SuccessAtEnd> {
+    let within = |metres: f64| {
+        let is_near =
+            |answers: &Answers| answers.point_error_m.last().is_some_and(|e| *e <= metres);
+        let hits: Vec<(usize, bool)> = trials
+            .iter()
+            .zip(answers)
+            .map(|(trial, answers)| (trial.unit, is_near(answers)))
+            .collect();
+        let (share, share_ci95) = share(&hits, resamples, seed)?;
+        Some(SuccessAtEnd {
+            within_m: metres,
+            share,
+            share_ci95,
+        })
+    };
+    WITHIN_M.into_iter().filter_map(within).collect()
+}
+
+/// Share of the trials whose answer after the last snapshot is turned from the true heading by at most 5°, with its
+/// interval; `None` where no answer has a heading: along a route, or of a whole localiser.
+pub fn heading_success(
+    trials: &[Trial],
+    answers: &[Answers],
+    resamples: usize,
+    seed: Seed,
+) -> Option<(f64, Option<[f64; 2]>)> {
+    let hits: Option<Vec<(usize, bool)>> = trials
+        .iter()
+        .zip(answers)
+        .map(|(trial, answers)| {
+            let error = answers.end_heading_error_rad?.to_degrees();
+            Some((trial.unit, error <= HEADING_WITHIN_DEG))
+        })
+        .collect();
+    share(&hits?, resamples, seed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(unit: usize) -> Trial {
+        Trial {
+            stretch: unit,
+            unit,
+            snapshots: vec![0, 1],
+            travelled_m: vec![0.0, 0.5],
+        }
+    }
+
+    fn answers(end_m: f64, heading_deg: Option<f64>) -> Answers {
+        Answers {
+            point_error_m: vec![0.0, end_m],
+            end_heading_error_rad: heading_deg.map(f64::to_radians),
+            ..Answers::default()
+        }
+    }
+
+    #[test]
+    fn only_the_last_answer_counts() {
+        let trials = [trial(0), trial(0), trial(1), trial(1)];
+        let all = [
+            answers(0.1, Some(1.0)),
+            answers(0.25, Some(4.9)),
+            answers(0.9, Some(5.1)),
+            answers(5.0, Some(90.0)),
+        ];
+        let rows = success_at_end(&trials, &all, 500, Seed(1));
+        let shares: Vec<f64> = rows.iter().map(|row| row.share).collect();
+        assert_eq!(shares, [0.25, 0.5, 0.5, 0.75]);
+        // One unit has both within 0.3 m, the other none.
+        assert_eq!(
+            (rows[1].within_m, rows[1].share_ci95),
+            (0.3, Some([0.0, 1.0]))
+        );
+        assert_eq!(
+            heading_success(&trials, &all, 500, Seed(1)),
+            Some((0.5, Some([0.0, 1.0])))
+        );
+        assert_eq!(success_at_end(&[], &[], 500, Seed(1)), []);
+    }
+
+    #[test]
+    fn without_headings_there_is_no_share_of_them() {
+        let all = [answers(0.1, None), answers(0.1, None)];
+        let found = heading_success(&[trial(0), trial(1)], &all, 10, Seed(1));
+        assert_eq!(found, None);
+    }
+}
