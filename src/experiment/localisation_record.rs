@@ -1,8 +1,11 @@
 //! What came of localisation trials: figures of every method, as tables and JSON show them.
 
 use super::{
-    convergence::Row, end_success::SuccessAtEnd, paired_trials::PairedTest,
-    region_coverage::Coverage, risk_coverage::RiskCoverage,
+    convergence::{REPORTED_AT_M, Row},
+    end_success::SuccessAtEnd,
+    paired_trials::PairedTest,
+    region_coverage::Coverage,
+    risk_coverage::RiskCoverage,
 };
 use crate::{belief::Uncertainty, learning::error_reduction::ErrorReduction};
 use serde::{Deserialize, Serialize};
@@ -88,9 +91,6 @@ pub struct MethodResult {
     /// One snapshot's error reduction on the unseen part, one a prior.
     pub held_out: Vec<HeldOut>,
 }
-
-/// Distance at which mean errors are reported, in metres.
-pub const REPORTED_AT_M: f64 = 10.0;
 
 impl TrialSummary {
     /// The mean errors after [`REPORTED_AT_M`]; none where no trial goes so far.
