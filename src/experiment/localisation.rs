@@ -226,7 +226,7 @@ fn answers(
         played(trials, |t, trial| filter.answers(t, trial))
     };
     match &method.answers {
-        AnswersBy::Nobody(fault) => return Err(Error::work(fault.clone())),
+        AnswersBy::Nobody(fault) => Err(Error::work(fault.clone())),
         AnswersBy::Odometry => sensor(None),
         AnswersBy::PreparedSensor(prepared) => sensor(Some(prepared.as_ref())),
         AnswersBy::Sensor(model) => {
@@ -417,7 +417,6 @@ mod tests {
         let step = |estimate: Option<[f64; 2]>, posterior: &[([f64; 2], f64)]| Step {
             estimate: estimate.map(Estimate::Place),
             posterior: posterior.to_vec(),
-            ..Step::default()
         };
         let posterior = [([0.0, 0.0], 0.5), ([0.9, 0.0], 0.25), ([3.0, 0.0], 0.25)];
         assert_eq!(confidence(&step(Some([3.0, 0.5]), &posterior)), Some(0.25));
