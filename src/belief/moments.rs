@@ -3,6 +3,7 @@
 use super::{belief::Belief, places::Places};
 use crate::geometry::{Pose, wrapped};
 use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::FRAC_PI_2;
 
 impl Belief {
     /// Σ_ξ ξ Bel(ξ): the mean of x and y, and the circular mean of the heading (the direction of the mean of all headings as
@@ -28,6 +29,22 @@ impl Belief {
             sin.atan2(cos)
         };
         Pose::new(x_m, mean(&|pose| pose.y_m), heading_rad)
+    }
+
+    /// Heading at the likeliest place: the circular mean over the cells that stand there and look within a quarter turn of the
+    /// likeliest one, radians. It is finer than the cells of a grid, whose likeliest alone would judge how a building lies to
+    /// them. Along a route 0.
+    pub fn mode_heading_rad(&self) -> f64 {
+        let mode = self.places().pose(self.mode());
+        let here = |cell: usize| {
+            let pose = self.places().pose(cell);
+            let is_near = (pose.x_m, pose.y_m) == (mode.x_m, mode.y_m)
+                && wrapped(pose.heading_rad - mode.heading_rad).abs() < FRAC_PI_2;
+            is_near.then_some(pose.heading_rad)
+        };
+        let sum =
+            |of: fn(f64) -> f64| self.sum(|cell, mass| here(cell).map_or(0.0, |h| mass * of(h)));
+        sum(f64::sin).atan2(sum(f64::cos))
     }
 
     /// Σ_ξ (ξ − mean)(ξ − mean)ᵀ Bel(ξ) in the order x, y, heading: m², m·rad, rad². Headings count by the shorter way round
@@ -137,6 +154,23 @@ mod tests {
         // A turn that goes with x shows beside the diagonal.
         let turning = plane(&[[-1.0, 0.0, -0.2], [1.0, 0.0, 0.2]], &[1.0, 1.0]);
         assert!((turning.covariance()[(0, 2)] - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_heading_at_the_mode_lies_between_its_cells() {
+        let belief = plane(
+            &[
+                [1.0, 2.0, -0.1],
+                [1.0, 2.0, 0.1],
+                [1.0, 2.0, 0.3],
+                [1.0, 2.0, PI],
+                [9.0, 2.0, 1.0],
+            ],
+            &[1.0, 3.0, 1.0, 2.9, 2.9],
+        );
+        assert!((belief.mode_heading_rad() - 0.1).abs() < 1e-12);
+        let belief = plane(&[[0.0, 0.0, 0.0], [0.0, 0.0, 0.25]], &[1.0, 1.0]);
+        assert!((belief.mode_heading_rad() - 0.125).abs() < 1e-12);
     }
 
     #[test]

@@ -58,7 +58,7 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<Outcome> {
     let mut config = Experiment::read(arguments.config.as_deref(), None)?.localise;
     config.trials = arguments.trials.unwrap_or(config.trials);
-    config.seed = arguments.seed.or(config.seed);
+    config.seed = Some(arguments.seed.unwrap_or(config.seed().0));
     config.evidence = arguments.evidence.unwrap_or(config.evidence);
     config.check()?;
     if let Some(folder) = &arguments.out {
@@ -112,7 +112,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             "belief over {} cells, {} evidence, seed {}, {seconds:.1} s",
             record.cells,
             config.evidence,
-            config.seed.unwrap_or(1)
+            config.seed().0
         ));
         print(&table.text())?;
     }

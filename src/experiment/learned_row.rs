@@ -53,7 +53,7 @@ pub(super) fn learned_features<'a>(
     let activation = as_kept(model.activation.clone()).mapv(f64::from);
     let map = FeatureMap::new(places, activation, model.header.recipe.map.clone())?;
     let (bytes_per_place, evidence) = match rounded {
-        Rounded::No => (size_of::<f32>() * n, context.evidence),
+        Rounded::No => (size_of::<f32>() * n, context.config.evidence),
         Rounded::ToBits => (n.div_ceil(8), Evidence::MeanField),
     };
     let layers = model.weights.layers.iter();

@@ -3,7 +3,7 @@
 use super::{
     kernels::{Moved, VIEWS, kernel, kernel_views, moves_show},
     learned_row::{Rounded, learned_features, random_bits},
-    maps::{BEAM, BEAM_MODEL, MAP, MapMethods, map_methods},
+    maps::{BEAM, BEAM_MODEL, MAP, MapOfScans, PARTICLES},
     method::Method,
     methods::MethodContext,
     product::product,
@@ -31,19 +31,8 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
             .first()
             .map_or(WIDE_BITS, |model| model.features());
         let learned = all.len();
-        match map_methods(context) {
-            Ok(None) => (),
-            Ok(Some(MapMethods {
-                mut field,
-                beam,
-                particles,
-            })) => {
-                let both = with_learned(context, &mut all[..learned], &mut field, "map")?;
-                all.extend(both);
-                all.push(field);
-                all.push(beam.unwrap_or_else(|fault| context.left_out(BEAM_MODEL, BEAM, &fault)));
-                all.extend(particles);
-            }
+        match with_map(context, &mut all[..learned]) {
+            Ok(methods) => all.extend(methods),
             // A rival that this recording does not allow must not keep the others from playing.
             Err(fault) => all.push(context.left_out("likelihood_field", MAP, &fault)),
         }
@@ -69,6 +58,35 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
     all.push(context.odometry("odometry", "odometry alone"));
     Ok(all)
 }
+
+/// What a user of a range sensor has: an occupancy map, by its likelihood field, alone and with learned features, by its beam
+/// model, and in particle filters.
+fn with_map<'a>(
+    context: &MethodContext<'a>,
+    learned: &mut [Method<'a>],
+) -> Result<Vec<Method<'a>>> {
+    let Some(map) = MapOfScans::new(context)? else {
+        return Ok(Vec::new());
+    };
+    let field = map.field()?;
+    let mut in_filter = map.in_filter(&field)?;
+    let mut methods = with_learned(context, learned, &mut in_filter, "map")?;
+    methods.push(in_filter);
+    let beam = map.beam_model();
+    methods.push(beam.unwrap_or_else(|fault| context.left_out(BEAM_MODEL, BEAM, &fault)));
+    for particles in PARTICLES {
+        methods.extend(map.monte_carlo(&field, particles)?);
+    }
+    Ok(methods)
+}
+
+/// Is a method of this name one of a model's own, and no rival?
+pub(super) fn is_own(name: &str) -> bool {
+    name.starts_with(LEARNED) && !name.contains('+')
+}
+
+/// How the names of a model's own methods begin.
+const LEARNED: &str = "learned";
 
 /// Every model's learned features together with another method's sensor model, which titles call `short`.
 fn with_learned<'a>(
@@ -156,14 +174,14 @@ fn learned<'a>(
             context,
             model,
             Rounded::No,
-            &format!("learned{}", labels.name),
+            &format!("{LEARNED}{}", labels.name),
             &title,
         )?,
         learned_features(
             context,
             model,
             Rounded::ToBits,
-            &format!("learned_bits{}", labels.name),
+            &format!("{LEARNED}_bits{}", labels.name),
             &format!("{n} learned, as bits{}", labels.title),
         )?,
     ])

@@ -3,8 +3,12 @@
 use crate::{
     belief::{Evidence, GridConfig, OdometryMotion},
     error::{Error, Result},
+    seed::Seed,
 };
 use serde::{Deserialize, Serialize};
+
+/// The seed where nobody names one.
+const FIRST_SEED: u64 = 1;
 
 /// How trials are played.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,6 +62,11 @@ impl Default for LocaliseConfig {
 }
 
 impl LocaliseConfig {
+    /// The seed of the run.
+    pub fn seed(&self) -> Seed {
+        Seed(self.seed.unwrap_or(FIRST_SEED))
+    }
+
     /// # Errors
     /// Where a value makes no sense; the message names the key.
     pub fn check(&self) -> Result<()> {

@@ -4,9 +4,10 @@
 use super::{method::Method, methods::MethodContext};
 use crate::{
     belief::{Places, Uncertainty},
-    error::Result,
+    error::{Error, Result},
     geometry::Pose,
     localiser::{
+        SensorModel,
         monte_carlo::{MonteCarlo, MonteCarloConfig},
         sensor_model::{BeamModel, BeamModelConfig, LikelihoodFieldModel},
     },
@@ -36,140 +37,182 @@ pub(super) const BEAM_MODEL: &str = "beam_model";
 /// See [`BEAM_MODEL`].
 pub(super) const BEAM: &str = "map, beam model";
 
-/// What a user of a range sensor has.
-pub(super) struct MapMethods<'a> {
-    /// The map's likelihood field in the filter.
-    pub field: Method<'a>,
-    /// The beam model on scans rendered from the map, or why there is none.
-    pub beam: Result<Method<'a>>,
-    /// The same field in particle filters, in the plane.
-    pub particles: Vec<Method<'a>>,
-}
-
 /// Particles of Monte Carlo localisation at most: what users take, and what it takes to find a robot in a building.
-const PARTICLES: [usize; 2] = [5_000, 40_000];
+pub(super) const PARTICLES: [usize; 2] = [5_000, 40_000];
 
-/// The occupancy map, where the models work from a range sensor.
-pub(super) fn map_methods<'a>(context: &MethodContext<'a>) -> Result<Option<MapMethods<'a>>> {
-    let source = context.source()?;
-    if !has_ranges(&source.recording, &context.mapped.input.channels) {
-        return Ok(None);
+/// The occupancy map of the training scans, and where they were taken.
+pub(super) struct MapOfScans<'a, 'b> {
+    context: &'b MethodContext<'a>,
+    map: OccupancyMap,
+    /// Pose of each training place.
+    training: Vec<Vec<Pose>>,
+}
+
+impl<'a, 'b> MapOfScans<'a, 'b> {
+    /// `None` where there is no range sensor to work from.
+    ///
+    /// # Errors
+    /// Where the training part is not at hand, or its scans make no map.
+    pub fn new(context: &'b MethodContext<'a>) -> Result<Option<Self>> {
+        let source = context.source()?;
+        if !has_ranges(&source.recording, &context.mapped.input.channels) {
+            return Ok(None);
+        }
+        let config = OccupancyMapConfig::default();
+        let map = OccupancyMap::from_scans(&source.recording, &source.training, &config)?;
+        let poses = source.recording.poses();
+        Ok(Some(Self {
+            context,
+            map,
+            training: source.training.iter().map(|&k| vec![poses[k]]).collect(),
+        }))
     }
-    let config = OccupancyMapConfig::default();
-    let map = OccupancyMap::from_scans(&source.recording, &source.training, &config)?;
-    let poses = source.recording.poses();
-    let training: Vec<_> = source.training.iter().map(|&k| vec![poses[k]]).collect();
-    let alone = |deviation_m: f64| -> Result<(Arc<LikelihoodField>, LikelihoodFieldModel)> {
-        let config = LikelihoodFieldConfig {
-            deviation_m,
-            ..LikelihoodFieldConfig::default()
+
+    /// The map's likelihood field, of the deviation that suits the validation part best.
+    ///
+    /// # Errors
+    /// Where the map gives no field, or the validation part can't be asked.
+    pub fn field(&self) -> Result<Arc<LikelihoodField>> {
+        let of = |deviation_m: f64| {
+            let config = LikelihoodFieldConfig {
+                deviation_m,
+                ..LikelihoodFieldConfig::default()
+            };
+            let field = Arc::new(LikelihoodField::new(&self.map, &config)?);
+            let alone = LikelihoodFieldModel::at_poses(&field, self.training.clone())?;
+            Ok((field, alone))
         };
-        let field = Arc::new(LikelihoodField::new(&map, &config)?);
-        let model = LikelihoodFieldModel::at_poses(&field, training.clone())?;
-        Ok((field, model))
-    };
-    let mut best = None;
-    for deviation_m in DEVIATIONS_M {
-        let candidate = alone(deviation_m)?;
-        let error_m = validation_error_m(context, &candidate.1)?;
-        if best.as_ref().is_none_or(|(least_m, _)| error_m < *least_m) {
-            best = Some((error_m, candidate));
-        }
+        let candidates = DEVIATIONS_M.into_iter().map(of);
+        Ok(self.best(candidates)?.0)
     }
-    let Some((_, (field, alone))) = best else {
-        return Ok(None);
-    };
-    let at_cells = match &**context.grid.places() {
-        Places::Plane(_) => LikelihoodFieldModel::over_grid(&field, &context.grid)?,
-        Places::Route(cells) => {
-            let near = |cell: usize| context.cells.of(cell).iter();
-            let of_cell = |cell: usize| near(cell).map(|&k| training[k][0]).collect();
-            LikelihoodFieldModel::at_poses(&field, (0..cells.len()).map(of_cell).collect())?
-        }
-    };
-    let method =
-        context.judged_sensor_model("likelihood_field", MAP, &alone, Box::new(at_cells))?;
-    // Along a route, where places are no poses, the poses of the places are on the robot as well.
-    let poses_bytes = match &**context.grid.places() {
-        Places::Plane(_) => 0,
-        Places::Route(_) => 3 * size_of::<f32>() * training.len(),
-    };
-    let field_in_filter = Method {
-        other_bytes: map.bytes() + poses_bytes,
-        usual_scale: USUAL_SCALE,
-        ..method
-    };
-    let beam = beam_model(context, &map, &training).map(|method| Method {
-        other_bytes: map.bytes() + poses_bytes,
-        usual_scale: USUAL_SCALE,
-        ..method
-    });
-    let mut particles = Vec::new();
-    if let Places::Plane(_) = &**context.grid.places() {
-        for count in PARTICLES {
-            particles.push(Method {
-                other_bytes: map.bytes(),
-                ..monte_carlo(context, &field, count)?
-            });
-        }
+
+    /// The field in the filter.
+    ///
+    /// # Errors
+    /// Where the grid is too large, or the sensor model fails.
+    pub fn in_filter(&self, field: &Arc<LikelihoodField>) -> Result<Method<'a>> {
+        let alone = LikelihoodFieldModel::at_poses(field, self.training.clone())?;
+        let at_cells = match self.poses_of_cells() {
+            None => LikelihoodFieldModel::over_grid(field, &self.context.grid)?,
+            Some(poses) => LikelihoodFieldModel::at_poses(field, poses)?,
+        };
+        self.method("likelihood_field", MAP, &alone, Box::new(at_cells))
     }
-    Ok(Some(MapMethods {
-        field: field_in_filter,
-        beam,
-        particles,
-    }))
-}
 
-/// The beam model on scans that are rendered from the map: in the plane at every cell, along a route at the poses near one.
-fn beam_model<'a>(
-    context: &MethodContext<'a>,
-    map: &OccupancyMap,
-    training: &[Vec<Pose>],
-) -> Result<Method<'a>> {
-    let source = context.source()?;
-    let (channels, config) = (source.recording.channels(), BeamModelConfig::default());
-    let alone = BeamModel::at_poses(map, channels, &config, training.to_vec())?;
-    let at_cells = match &**context.grid.places() {
-        Places::Plane(_) => BeamModel::over_grid(map, channels, &config, &context.grid)?,
-        Places::Route(cells) => {
-            let near = |cell: usize| context.cells.of(cell).iter();
-            let of_cell = |cell: usize| near(cell).map(|&k| training[k][0]).collect();
-            let poses = (0..cells.len()).map(of_cell).collect();
-            BeamModel::at_poses(map, channels, &config, poses)?
+    /// The beam model in the filter, on scans rendered from the map. The map is drawn of rays, whatever opening a sensor has;
+    /// whether scans in it are rendered with cones or as rays, too, the validation part says.
+    ///
+    /// # Errors
+    /// As [`MapOfScans::in_filter`].
+    pub fn beam_model(&self) -> Result<Method<'a>> {
+        let channels = self.context.source()?.recording.channels();
+        let usual = BeamModelConfig::default();
+        let as_rays = BeamModelConfig {
+            sensors: usual.sensors.as_rays(),
+            ..usual.clone()
+        };
+        let has_cones = usual.sensors.beams(channels)?;
+        let has_cones = has_cones.iter().any(|beam| beam.opening_rad > 0.0);
+        let configs = [as_rays, usual].into_iter();
+        let candidates = configs.take(1 + usize::from(has_cones)).map(|config| {
+            let training = self.training.clone();
+            let alone = BeamModel::at_poses(&self.map, channels, &config, training)?;
+            Ok((config, alone))
+        });
+        let (config, alone) = self.best(candidates)?;
+        let at_cells = match self.poses_of_cells() {
+            None => BeamModel::over_grid(&self.map, channels, &config, &self.context.grid)?,
+            Some(poses) => BeamModel::at_poses(&self.map, channels, &config, poses)?,
+        };
+        self.method(BEAM_MODEL, BEAM, &alone, Box::new(at_cells))
+    }
+
+    /// Monte Carlo localisation with the field, which is what AMCL does; none along a route.
+    ///
+    /// # Errors
+    /// Where the noise of odometry makes no sense.
+    pub fn monte_carlo(
+        &self,
+        field: &Arc<LikelihoodField>,
+        particles: usize,
+    ) -> Result<Option<Method<'a>>> {
+        let context = self.context;
+        if let Places::Route(_) = **context.grid.places() {
+            return Ok(None);
         }
-    };
-    context.judged_sensor_model(BEAM_MODEL, BEAM, &alone, Box::new(at_cells))
-}
+        let config = MonteCarloConfig {
+            particles,
+            start_spread_m: context.config.start_spread_m,
+            start_spread_rad: context.config.start_spread_rad,
+            ..MonteCarloConfig::default()
+        };
+        let motion = context.config.motion.as_ref();
+        let motion = motion.unwrap_or(&context.mapped.motion).clone();
+        let grid = Arc::clone(&context.grid);
+        let localiser = MonteCarlo::new(Arc::clone(field), motion, grid, config)?
+            .with_sensors_of(context.source()?.recording.channels())?;
+        let name = match particles {
+            5_000 => "monte_carlo".to_string(),
+            _ => format!("monte_carlo_{particles}"),
+        };
+        let title = format!("map, {},000 particles", particles / 1000);
+        Ok(Some(Method {
+            other_bytes: self.map.bytes(),
+            ..context.localiser(&name, &title, Box::new(localiser))
+        }))
+    }
 
-/// Monte Carlo localisation with the map's field: what AMCL does.
-fn monte_carlo<'a>(
-    context: &MethodContext<'a>,
-    field: &Arc<LikelihoodField>,
-    particles: usize,
-) -> Result<Method<'a>> {
-    let config = MonteCarloConfig {
-        particles,
-        start_spread_m: context.config.start_spread_m,
-        start_spread_rad: context.config.start_spread_rad,
-        ..MonteCarloConfig::default()
-    };
-    let motion = context.config.motion.as_ref();
-    let motion = motion.unwrap_or(&context.mapped.motion).clone();
-    let localiser = MonteCarlo::new(Arc::clone(field), motion, Arc::clone(&context.grid), config)?
-        .with_sensors_of(context.source()?.recording.channels())?;
-    let name = match particles {
-        5_000 => "monte_carlo".to_string(),
-        _ => format!("monte_carlo_{particles}"),
-    };
-    let title = format!("map, {},000 particles", particles / 1000);
-    Ok(context.localiser(&name, &title, Box::new(localiser)))
-}
+    /// Along a route, the poses of the training places near each cell; in the plane a cell has its own.
+    fn poses_of_cells(&self) -> Option<Vec<Vec<Pose>>> {
+        let Places::Route(cells) = &**self.context.grid.places() else {
+            return None;
+        };
+        let of_cell = |cell: usize| {
+            let near = self.context.cells.of(cell).iter();
+            near.map(|&k| self.training[k][0]).collect()
+        };
+        Some((0..cells.len()).map(of_cell).collect())
+    }
 
-/// Error that one snapshot of the validation part leaves of no idea at all, at the power that suits it best, in metres.
-fn validation_error_m(context: &MethodContext, alone: &LikelihoodFieldModel) -> Result<f64> {
-    let tuned = context.priors.iter().zip(context.tuned_powers(alone)?);
-    let mut global = tuned.filter(|(prior, _)| **prior == Uncertainty::Global);
-    Ok(global
-        .next()
-        .map_or(f64::INFINITY, |(_, (_, error_m))| error_m))
+    fn method(
+        &self,
+        name: &str,
+        title: &str,
+        alone: &dyn SensorModel,
+        at_cells: Box<dyn SensorModel + 'a>,
+    ) -> Result<Method<'a>> {
+        // Along a route, where places are no poses, the poses of the places are on the robot as well.
+        let poses_bytes = match &**self.context.grid.places() {
+            Places::Plane(_) => 0,
+            Places::Route(_) => 3 * size_of::<f32>() * self.training.len(),
+        };
+        Ok(Method {
+            other_bytes: self.map.bytes() + poses_bytes,
+            usual_scale: USUAL_SCALE,
+            ..self
+                .context
+                .judged_sensor_model(name, title, alone, at_cells)?
+        })
+    }
+
+    /// Of some constants and their sensor models at the training places, those that leave least error of no idea at all after
+    /// one snapshot of the validation part, at the power that suits each best; the first where nothing can be validated.
+    fn best<C, M: SensorModel>(
+        &self,
+        candidates: impl Iterator<Item = Result<(C, M)>>,
+    ) -> Result<(C, M)> {
+        let mut best: Option<(f64, (C, M))> = None;
+        for candidate in candidates {
+            let candidate = candidate?;
+            let powers = self.context.tuned_powers(&candidate.1)?;
+            let of_priors = self.context.priors.iter().zip(powers);
+            let mut global = of_priors.filter(|(prior, _)| **prior == Uncertainty::Global);
+            let error_m = global.next().map_or(f64::INFINITY, |(_, (_, m))| m);
+            if best.as_ref().is_none_or(|(least_m, _)| error_m < *least_m) {
+                best = Some((error_m, candidate));
+            }
+        }
+        let best = best.map(|(_, candidate)| candidate);
+        best.ok_or_else(|| Error::work("no constants to choose from"))
+    }
 }

@@ -118,10 +118,6 @@ impl TrialRunner for Runner<'_, '_> {
         let motion = motion(method, context);
         let mut robot =
             BayesLocaliser::new(&context.grid, motion, no_idea, Some(&scaled), features)?;
-        let step = |&k: &usize| {
-            let belief = robot.observe(k, &self.recording.observation(k))?;
-            Ok(sites.step(belief))
-        };
-        trial.iter().map(step).collect()
+        robot.play(self.recording, trial, sites)
     }
 }

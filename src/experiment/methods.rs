@@ -55,8 +55,6 @@ pub struct MethodContext<'a> {
     pub parts: &'a Parts<'a>,
     /// How trials are played.
     pub config: &'a LocaliseConfig,
-    /// How features become likelihoods: as the configuration says, unless somebody wants it otherwise.
-    pub evidence: Evidence,
     /// Cells of the belief.
     pub grid: Arc<Grid>,
     /// Training places near every cell.
@@ -110,7 +108,6 @@ impl<'a> MethodContext<'a> {
             mapped,
             parts,
             config,
-            evidence: config.evidence,
             grid,
             cells,
             priors: vec!["2m".parse()?, Uncertainty::Global],
@@ -119,7 +116,7 @@ impl<'a> MethodContext<'a> {
 
     /// The seed of the run.
     pub fn seed(&self) -> Seed {
-        Seed(self.config.seed.unwrap_or(1))
+        self.config.seed()
     }
 
     /// What methods learn from besides the models.
@@ -132,13 +129,13 @@ impl<'a> MethodContext<'a> {
         })
     }
 
-    /// How a code of so many features is held against its map: as [`evidence`](Self::evidence) says, but by mean field where
-    /// there are too many for all their outcomes.
+    /// How a code of so many features is held against its map: as the configuration says, but by mean field where there
+    /// are too many for all their outcomes.
     pub fn evidence_for(&self, features: usize) -> Evidence {
         if features > MAX_FEATURES {
             Evidence::MeanField
         } else {
-            self.evidence
+            self.config.evidence
         }
     }
 

@@ -1,10 +1,10 @@
 //! The Bayes filter at work on a run: odometry moves the belief, what the sensors say corrects it.
 
-use super::PreparedSensorModel;
+use super::{PreparedSensorModel, Sites, Step};
 use crate::{
     belief::{BayesFilter, Belief, Grid, OdometryMotion},
     error::Result,
-    recording::Observation,
+    recording::{Observation, Recording},
     seed::Stream,
 };
 use std::sync::Arc;
@@ -53,5 +53,22 @@ impl<'a> BayesLocaliser<'a> {
             self.filter.correct(&likelihood)?;
         }
         Ok(self.filter.belief())
+    }
+
+    /// What a localiser says after each snapshot of a trial: places at `sites` of the grid, with their probabilities.
+    ///
+    /// # Errors
+    /// As [`BayesLocaliser::observe`].
+    pub fn play(
+        &mut self,
+        recording: &Recording,
+        trial: &[usize],
+        sites: &Sites,
+    ) -> Result<Vec<Step>> {
+        let step = |&k: &usize| {
+            let belief = self.observe(k, &recording.observation(k))?;
+            Ok(sites.step(belief))
+        };
+        trial.iter().map(step).collect()
     }
 }

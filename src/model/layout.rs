@@ -50,6 +50,14 @@ pub(super) fn model(path: &Path, meta: &str, arrays: &Arrays) -> Result<Model> {
         .map_err(|e| in_header(format!("{e}; expected the JSON of a model")))?;
     let checked = header.recipe.check();
     checked.map_err(|e| in_header(format!("recipe: {e}")))?;
+    if let Some(scale) = header
+        .evidence_scale
+        .filter(|s| !(s.is_finite() && *s > 0.0))
+    {
+        return Err(in_header(format!(
+            "evidence_scale is {scale}; expected a number above 0"
+        )));
+    }
     check_names(&header, arrays)?;
     header.input.mean = arrays.f32::<Ix1>("input.mean")?.to_vec();
     header.input.deviation = arrays.f32::<Ix1>("input.deviation")?.to_vec();

@@ -190,7 +190,8 @@ fn other_layouts_are_refused_by_name() {
 fn a_header_that_claims_too_much_is_refused() {
     let model = model(false);
     let arrays = all_of(&model);
-    let header: Value = serde_json::from_str(&model.meta().unwrap()).unwrap();
+    let mut header: Value = serde_json::from_str(&model.meta().unwrap()).unwrap();
+    header["evidence_scale"] = json!(0.5);
     let claims = |pointer: &str, value: Value| {
         let mut claims = header.clone();
         *claims.pointer_mut(pointer).expect(pointer) = value;
@@ -200,6 +201,8 @@ fn a_header_that_claims_too_much_is_refused() {
     for (pointer, value, part) in [
         ("/recipe/features", json!(1_000_000_000), "features"),
         ("/recipe/features", json!(0), "features"),
+        ("/evidence_scale", json!(0.0), "evidence_scale is 0"),
+        ("/evidence_scale", json!(-2.5), "evidence_scale is -2.5"),
         ("/recipe/features", json!(3), "`filter.2.0.weight`: missing"),
         ("/recipe/features", json!(-1), "expected usize"),
         ("/recipe/network/hidden", json!([1u64 << 60]), "units"),

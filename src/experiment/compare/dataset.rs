@@ -1,6 +1,6 @@
 //! What is played back: datasets from files, and worlds simulated at once.
 
-use super::config::DatasetConfig;
+use super::dataset_config::DatasetConfig;
 use crate::{
     error::{Error, Result},
     recording::{Recording, npz},

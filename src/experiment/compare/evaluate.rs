@@ -15,7 +15,6 @@ use crate::{
         error_reduction::{self, Curve, ErrorReductionConfig},
         landmarks::{self, LandmarkRecord, LandmarksConfig},
         localisation,
-        localise_config::LocaliseConfig,
         mapped::Mapped,
         methods::MethodContext,
         parts::Parts,
@@ -49,10 +48,7 @@ impl Evaluator<'_, '_> {
             .next(&format!("{}: training", self.dataset));
         let systems = self.config.system.iter();
         let systems: Vec<Result<System>> = systems.map(|config| self.ready(config)).collect();
-        let trials = LocaliseConfig {
-            seed: Some(self.config.seed),
-            ..self.config.localisation.clone().unwrap_or_default()
-        };
+        let trials = self.config.trials();
         let parts = self.protocol.as_ref().map(Parts::of_protocol);
         let context = match (&parts, parts.as_ref().ok().and_then(|p| p.source.as_ref())) {
             (Ok(parts), Some(source)) => MethodContext::over(Mapped::of(source), parts, &trials),

@@ -8,6 +8,7 @@
 
 mod config;
 mod dataset;
+mod dataset_config;
 mod evaluate;
 mod model_cache;
 mod progress;
@@ -17,7 +18,8 @@ mod significance;
 mod system;
 
 pub use crate::detector::HandMade;
-pub use config::{CompareConfig, DatasetConfig};
+pub use config::CompareConfig;
+pub use dataset_config::DatasetConfig;
 pub use progress::Progress;
 pub use record::{
     Comparison, ComparisonRecord, DatasetRecord, LocalisationSection, Outcome, PairedTest, Section,
@@ -150,13 +152,10 @@ impl ComparisonRecord {
                 })
                 .collect(),
             standard: Section::new(&config.standard, who(System::takes_trials)),
-            localisation: config
-                .localisation
-                .clone()
-                .map(|config| LocalisationSection {
-                    config,
-                    records: Vec::new(),
-                }),
+            localisation: config.localisation.as_ref().map(|_| LocalisationSection {
+                config: config.trials(),
+                records: Vec::new(),
+            }),
             recognition: Section::new(&config.recognition, who(System::recognises)),
             recognition_tests: Vec::new(),
             error_reduction: Section::new(&config.error_reduction, who(System::takes_snapshots)),

@@ -4,7 +4,10 @@ use super::system::{System, SystemConfig};
 use crate::{
     detector::{DetectorConfig, HandMade},
     error::{Error, Result},
-    experiment::sensor_models::{FilterConfig, Landmarks, SensorModelConfig},
+    experiment::{
+        filter_config::FilterConfig,
+        sensor_models::{Landmarks, SensorModelConfig},
+    },
     learning::Recipe,
     localiser::{self, LocaliserConfig, monte_carlo::MonteCarloConfig},
     recogniser::{self, RecogniserConfig},
@@ -218,26 +221,22 @@ impl Registry {
     }
 
     /// The grid Bayes filter: `landmarks` names a sensor model, or is its table with `kind`, or several of them.
-    fn filter(&self, mut table: toml::Table) -> Parsed {
-        let landmarks = match table.remove("landmarks") {
+    fn filter(&self, table: toml::Table) -> Parsed {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Keys {
+            landmarks: Option<toml::Value>,
+            #[serde(default)]
+            model: PathBuf,
+        }
+        let Keys { landmarks, model } = table.try_into()?;
+        let landmarks = match landmarks {
             None => vec![toml::Value::String("learned".into())],
             Some(toml::Value::Array(several)) => several,
             Some(one) => vec![one],
         };
         let landmarks = landmarks.into_iter().map(|one| self.landmarks(one));
         let landmarks = landmarks.collect::<std::result::Result<_, _>>()?;
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct Rest {
-            #[serde(default)]
-            model: PathBuf,
-        }
-        // As a table whose keys are these, or an unknown one would be told without `landmarks`.
-        if let Some(key) = table.keys().find(|&key| key != "model") {
-            let fault = format!("unknown field `{key}`, expected `landmarks` or `model`");
-            return Err(toml::de::Error::custom(fault));
-        }
-        let Rest { model } = table.try_into()?;
         Ok(System::Filter(FilterConfig { landmarks, model }))
     }
 

@@ -4,8 +4,8 @@ use crate::{
     detector::DetectorConfig,
     error::{Error, Result},
     experiment::{
-        method::Method, method_localiser::FilterLocaliser, methods::MethodContext,
-        sensor_models::FilterConfig,
+        filter_config::FilterConfig, method::Method, method_localiser::FilterLocaliser,
+        methods::MethodContext,
     },
     learning::Recipe,
     localiser::{Localiser, LocaliserConfig, memoryless::AsLocaliser},

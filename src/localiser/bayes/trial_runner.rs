@@ -44,10 +44,6 @@ impl TrialRunner for Filter<'_> {
         let no_idea = Belief::uniform(grid.places())?;
         let sensor = Some(&*self.sensor);
         let mut robot = BayesLocaliser::new(grid, motion, no_idea, sensor, features)?;
-        let step = |&k: &usize| {
-            let belief = robot.observe(k, &self.recording.observation(k))?;
-            Ok(sites.step(belief))
-        };
-        trial.iter().map(step).collect()
+        robot.play(self.recording, trial, sites)
     }
 }
