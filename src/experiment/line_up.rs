@@ -186,3 +186,26 @@ fn learned<'a>(
         )?,
     ])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::is_own;
+
+    #[test]
+    fn products_and_rivals_are_no_models_own() {
+        let own = [
+            "learned",
+            "learned_bits",
+            "learned_2m",
+            "learned_bits_global_16_2",
+        ];
+        assert!(own.into_iter().all(is_own));
+        let rivals = [
+            "learned+likelihood_field",
+            "learned_2m+signal_field",
+            "kernel",
+            "odometry",
+        ];
+        assert!(!rivals.into_iter().any(is_own));
+    }
+}

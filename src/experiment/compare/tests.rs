@@ -254,3 +254,59 @@ fn the_documented_configuration_is_one() {
         assert!(page.contains(&format!("`{key}` {value}")), "{key} {value}");
     }
 }
+
+/// A sensor model of somebody else's, by name.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Beacons {
+    reach_m: f64,
+}
+
+impl crate::registry::Constants for Beacons {
+    fn kind(&self) -> &str {
+        "beacons"
+    }
+}
+
+impl crate::experiment::sensor_models::SensorModelConfig for Beacons {
+    fn method<'a>(
+        &self,
+        context: &crate::experiment::methods::MethodContext<'a>,
+    ) -> crate::error::Result<crate::experiment::method::Method<'a>> {
+        Ok(context.odometry("beacons", "out of reach of all of them"))
+    }
+}
+
+#[test]
+fn landmarks_of_ones_own_are_named_beside_built_in_ones() {
+    let mut registry = Registry::built_in();
+    registry.add_sensor_model::<Beacons>("beacons").unwrap();
+    for taken in ["beacons", "kernel"] {
+        let fault = registry.add_sensor_model::<Beacons>(taken).unwrap_err();
+        assert!(
+            fault.is_usage() && fault.to_string().contains(taken),
+            "{fault}"
+        );
+    }
+    let text = |landmarks: &str| {
+        format!(
+            "{DATASET}[[system]]\nkind = 'bayes'\nlandmarks = {landmarks}\n[localisation]\nseed = 9\n"
+        )
+    };
+    let both = text("['kernel', { kind = 'beacons', reach_m = 4.5 }]");
+    let config = CompareConfig::parse_with(&registry, &both).unwrap();
+    let json = config.system[0].system.to_json().unwrap();
+    assert_eq!(json["kind"], "bayes");
+    assert_eq!(json["landmarks"][0]["kind"], "kernel");
+    assert_eq!(json["landmarks"][1]["reach_m"], 4.5);
+    // A seed of the section's own holds; else it is the comparison's.
+    assert_eq!(config.trials().seed, Some(9));
+    let other = CompareConfig {
+        localisation: Some(Default::default()),
+        seed: 4,
+        ..config
+    };
+    assert_eq!(other.trials().seed, Some(4));
+    let unknown = CompareConfig::parse(&both).unwrap_err().to_string();
+    assert!(unknown.contains("no sensor model `beacons`"), "{unknown}");
+}
