@@ -58,6 +58,7 @@ impl Experiment {
         experiment.train.check().map_err(in_train)?;
         let in_localise = |fault: Error| file.locate(fault);
         experiment.localise.check().map_err(in_localise)?;
+        experiment.localise = experiment.localise.beside(&path.with_file_name(""));
         Ok(experiment)
     }
 }

@@ -8,6 +8,7 @@ use crate::{
         localisation::{self, LocaliseConfig, Record},
         parts::{Parts, odometry_is_the_truth},
     },
+    mapping::RosMap,
     model::Model,
     recording::{Recording, npz},
     report::localisation as tables,
@@ -41,6 +42,10 @@ pub struct Arguments {
     /// Configuration; its section [localise] holds for all that no flag below says otherwise.
     #[arg(long, value_name = "C.toml")]
     config: Option<PathBuf>,
+    /// A ROS map (its YAML) in the frame of the dataset's poses, for those who localise in a map; otherwise the scans that the
+    /// model learned from draw it.
+    #[arg(long, value_name = "MAP.yaml")]
+    map: Option<PathBuf>,
     /// Number of trials.
     #[arg(long, value_name = "N")]
     trials: Option<usize>,
@@ -60,7 +65,11 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     config.trials = arguments.trials.unwrap_or(config.trials);
     config.seed = Some(arguments.seed.unwrap_or(config.seed().0));
     config.evidence = arguments.evidence.unwrap_or(config.evidence);
+    config.map = arguments.map.unwrap_or(config.map);
     config.check()?;
+    if !config.map.as_os_str().is_empty() {
+        RosMap::read(&config.map)?; // one that is none fails now
+    }
     if let Some(folder) = &arguments.out {
         storage::make_folder(folder)?; // a wrong name fails now, not after the trials
     }

@@ -3,7 +3,7 @@
 use super::{
     kernels::{Moved, VIEWS, kernel, kernel_views, moves_show},
     learned_row::{Rounded, learned_features, random_bits},
-    maps::{BEAM, BEAM_MODEL, MAP, MapOfScans, PARTICLES},
+    maps::{BEAM, BEAM_MODEL, MAP, PARTICLES, RangeMaps},
     method::Method,
     methods::MethodContext,
     product::product,
@@ -65,7 +65,7 @@ fn with_map<'a>(
     context: &MethodContext<'a>,
     learned: &mut [Method<'a>],
 ) -> Result<Vec<Method<'a>>> {
-    let Some(map) = MapOfScans::new(context)? else {
+    let Some(map) = RangeMaps::new(context, &context.config.map)? else {
         return Ok(Vec::new());
     };
     let field = map.field()?;

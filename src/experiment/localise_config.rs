@@ -6,6 +6,7 @@ use crate::{
     seed::Seed,
 };
 use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
 
 /// The seed where nobody names one.
 const FIRST_SEED: u64 = 1;
@@ -40,6 +41,14 @@ pub struct LocaliseConfig {
     pub start_spread_rad: f64,
     /// Resamples of the bootstrap.
     pub resamples: usize,
+    /// File of a ROS map (its YAML) in the frame of the recording's poses, for those who localise in a map; empty: it is drawn
+    /// by the scans that the models learned from.
+    #[serde(skip_serializing_if = "is_empty")]
+    pub map: PathBuf,
+}
+
+fn is_empty(path: &Path) -> bool {
+    path.as_os_str().is_empty()
 }
 
 impl Default for LocaliseConfig {
@@ -57,6 +66,7 @@ impl Default for LocaliseConfig {
             start_spread_m: 0.3,
             start_spread_rad: 0.1,
             resamples: 1000,
+            map: PathBuf::new(),
         }
     }
 }
@@ -65,6 +75,14 @@ impl LocaliseConfig {
     /// The seed of the run.
     pub fn seed(&self) -> Seed {
         Seed(self.seed.unwrap_or(FIRST_SEED))
+    }
+
+    /// The same with the file that it names looked for in that folder.
+    pub fn beside(mut self, folder: &Path) -> Self {
+        if !is_empty(&self.map) {
+            self.map = folder.join(&self.map);
+        }
+        self
     }
 
     /// # Errors

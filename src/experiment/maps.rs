@@ -1,5 +1,5 @@
-//! The rival of whoever has a range sensor: an ordinary occupancy map of the scans that the models learned from, read as a
-//! likelihood field.
+//! The rival of whoever has a range sensor: an ordinary occupancy map, given as a ROS map or made of the scans that the models
+//! learned from, by its likelihood field, by its beam model and in particle filters.
 
 use super::{method::Method, methods::MethodContext};
 use crate::{
@@ -11,23 +11,22 @@ use crate::{
         monte_carlo::{MonteCarlo, MonteCarloConfig},
         sensor_model::{BeamModel, BeamModelConfig, LikelihoodFieldModel},
     },
-    mapping::{LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig},
-    recording::Recording,
+    mapping::{
+        LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig, RangeSensors,
+        RosMap, check_fits,
+    },
 };
-use std::sync::Arc;
+use std::{path::Path, sync::Arc};
 
 /// Scatters of a beam's end about what it hit that are tried, in metres; where nothing can be validated, the first is taken.
 const DEVIATIONS_M: [f64; 3] = [0.2, 0.1, 0.4];
 
+/// Openings of sonar and infrared cones that maps are drawn with, as shares of the whole: rays, and how far an echo's cause is
+/// looked for to the sides.
+const OPENINGS: [f64; 3] = [0.0, 0.5, 1.0];
+
 /// Power of a scan's evidence where nothing tunes it: some beams of 36 are worth one.
 const USUAL_SCALE: f64 = 0.125;
-
-/// Does a recording have a range sensor whose beams' directions are known, among the channels named (none: all)?
-pub(super) fn has_ranges(recording: &Recording, channels: &[String]) -> bool {
-    let wanted = |name: &String| channels.is_empty() || channels.contains(name);
-    let mut all = recording.channels().iter();
-    all.any(|c| wanted(&c.name) && c.unit == "m" && c.bearing_rad.is_some())
-}
 
 /// The map in tables.
 pub(super) const MAP: &str = "occupancy map";
@@ -40,49 +39,88 @@ pub(super) const BEAM: &str = "map, beam model";
 /// Particles of Monte Carlo localisation at most: what users take, and what it takes to find a robot in a building.
 pub(super) const PARTICLES: [usize; 2] = [5_000, 40_000];
 
-/// The occupancy map of the training scans, and where they were taken.
-pub(super) struct MapOfScans<'a, 'b> {
+/// Occupancy maps to choose from, and where the training scans were taken.
+pub(super) struct RangeMaps<'a, 'b> {
     context: &'b MethodContext<'a>,
-    map: OccupancyMap,
+    /// Of the sensors that the models work from.
+    sensors: RangeSensors,
+    /// The map that was given; else those that the training scans draw, for sensors with cones one for each of the
+    /// [openings](OPENINGS).
+    maps: Vec<OccupancyMap>,
     /// Pose of each training place.
     training: Vec<Vec<Pose>>,
 }
 
-impl<'a, 'b> MapOfScans<'a, 'b> {
-    /// `None` where there is no range sensor to work from.
+/// A likelihood field, and what its map takes on a robot.
+pub(super) struct Field {
+    field: Arc<LikelihoodField>,
+    map_bytes: usize,
+}
+
+impl<'a, 'b> RangeMaps<'a, 'b> {
+    /// From a ROS map, where `given` names one; else from scans. `None` where there is no range sensor to work from.
     ///
     /// # Errors
-    /// Where the training part is not at hand, or its scans make no map.
-    pub fn new(context: &'b MethodContext<'a>) -> Result<Option<Self>> {
+    /// Where the training part is not at hand, its scans make no map, or the given one can't be read or does not fit to them.
+    pub fn new(context: &'b MethodContext<'a>, given: &Path) -> Result<Option<Self>> {
         let source = context.source()?;
-        if !has_ranges(&source.recording, &context.mapped.input.channels) {
+        let (recording, training) = (&*source.recording, &source.training);
+        let mut channels = context.mapped.input.channels.clone();
+        channels.retain(|name| recording.channels().iter().any(|c| c.name == *name));
+        let sensors = RangeSensors {
+            channels,
+            ..RangeSensors::default()
+        };
+        let Ok(beams) = sensors.beams(recording.channels()) else {
             return Ok(None);
-        }
-        let config = OccupancyMapConfig::default();
-        let map = OccupancyMap::from_scans(&source.recording, &source.training, &config)?;
-        let poses = source.recording.poses();
+        };
+        let has_cones = beams.iter().any(|beam| beam.opening_rad > 0.0);
+        let drawn = |sensors: RangeSensors| {
+            let config = OccupancyMapConfig {
+                sensors,
+                ..OccupancyMapConfig::default()
+            };
+            OccupancyMap::from_scans(recording, training, &config)
+        };
+        let maps = if !given.as_os_str().is_empty() {
+            let map = RosMap::read(given)?.occupancy_map()?;
+            let fits = check_fits(&map, recording, training, &sensors);
+            fits.map_err(|error| error.in_file(given))?;
+            vec![map]
+        } else if has_cones {
+            let narrowed = OPENINGS.map(|share| drawn(sensors.narrowed(share)));
+            narrowed.into_iter().collect::<Result<_>>()?
+        } else {
+            vec![drawn(sensors.clone())?]
+        };
+        let poses = recording.poses();
         Ok(Some(Self {
             context,
-            map,
-            training: source.training.iter().map(|&k| vec![poses[k]]).collect(),
+            sensors,
+            maps,
+            training: training.iter().map(|&k| vec![poses[k]]).collect(),
         }))
     }
 
-    /// The map's likelihood field, of the deviation that suits the validation part best.
+    /// The likelihood field of the map and the deviation that suit the validation part best.
     ///
     /// # Errors
-    /// Where the map gives no field, or the validation part can't be asked.
-    pub fn field(&self) -> Result<Arc<LikelihoodField>> {
-        let of = |deviation_m: f64| {
+    /// Where a map gives no field, or the validation part can't be asked.
+    pub fn field(&self) -> Result<Field> {
+        let of = |map: &OccupancyMap, deviation_m: f64| {
             let config = LikelihoodFieldConfig {
                 deviation_m,
+                sensors: self.sensors.clone(),
                 ..LikelihoodFieldConfig::default()
             };
-            let field = Arc::new(LikelihoodField::new(&self.map, &config)?);
+            let field = Arc::new(LikelihoodField::new(map, &config)?);
             let alone = LikelihoodFieldModel::at_poses(&field, self.training.clone())?;
-            Ok((field, alone))
+            let map_bytes = map.bytes();
+            Ok((Field { field, map_bytes }, alone))
         };
-        let candidates = DEVIATIONS_M.into_iter().map(of);
+        let of = &of;
+        let maps = self.maps.iter();
+        let candidates = maps.flat_map(|map| DEVIATIONS_M.into_iter().map(move |m| of(map, m)));
         Ok(self.best(candidates)?.0)
     }
 
@@ -90,52 +128,55 @@ impl<'a, 'b> MapOfScans<'a, 'b> {
     ///
     /// # Errors
     /// Where the grid is too large, or the sensor model fails.
-    pub fn in_filter(&self, field: &Arc<LikelihoodField>) -> Result<Method<'a>> {
+    pub fn in_filter(&self, field: &Field) -> Result<Method<'a>> {
+        let Field { field, map_bytes } = field;
         let alone = LikelihoodFieldModel::at_poses(field, self.training.clone())?;
         let at_cells = match self.poses_of_cells() {
             None => LikelihoodFieldModel::over_grid(field, &self.context.grid)?,
             Some(poses) => LikelihoodFieldModel::at_poses(field, poses)?,
         };
-        self.method("likelihood_field", MAP, &alone, Box::new(at_cells))
+        let labels = ("likelihood_field", MAP);
+        self.method(labels, &alone, Box::new(at_cells), *map_bytes)
     }
 
-    /// The beam model in the filter, on scans rendered from the map. The map is drawn of rays, whatever opening a sensor has;
-    /// whether scans in it are rendered with cones or as rays, too, the validation part says.
+    /// The beam model in the filter, on scans rendered from the map. Which map, and whether scans in it are rendered with cones or
+    /// as rays, the validation part says.
     ///
     /// # Errors
-    /// As [`MapOfScans::in_filter`].
+    /// As [`RangeMaps::in_filter`].
     pub fn beam_model(&self) -> Result<Method<'a>> {
         let channels = self.context.source()?.recording.channels();
-        let usual = BeamModelConfig::default();
-        let as_rays = BeamModelConfig {
-            sensors: usual.sensors.as_rays(),
-            ..usual.clone()
+        let cones = self.sensors.beams(channels)?;
+        let has_cones = cones.iter().any(|beam| beam.opening_rad > 0.0);
+        let rendered = match has_cones {
+            true => vec![self.sensors.as_rays(), self.sensors.clone()],
+            false => vec![self.sensors.clone()],
         };
-        let has_cones = usual.sensors.beams(channels)?;
-        let has_cones = has_cones.iter().any(|beam| beam.opening_rad > 0.0);
-        let configs = [as_rays, usual].into_iter();
-        let candidates = configs.take(1 + usize::from(has_cones)).map(|config| {
+        let maps = self.maps.iter();
+        let pairs = maps.flat_map(|map| rendered.iter().map(move |sensors| (map, sensors)));
+        let candidates = pairs.map(|(map, sensors)| {
+            let config = BeamModelConfig {
+                sensors: sensors.clone(),
+                ..BeamModelConfig::default()
+            };
             let training = self.training.clone();
-            let alone = BeamModel::at_poses(&self.map, channels, &config, training)?;
-            Ok((config, alone))
+            let alone = BeamModel::at_poses(map, channels, &config, training)?;
+            Ok(((map, config), alone))
         });
-        let (config, alone) = self.best(candidates)?;
+        let ((map, config), alone) = self.best(candidates)?;
         let at_cells = match self.poses_of_cells() {
-            None => BeamModel::over_grid(&self.map, channels, &config, &self.context.grid)?,
-            Some(poses) => BeamModel::at_poses(&self.map, channels, &config, poses)?,
+            None => BeamModel::over_grid(map, channels, &config, &self.context.grid)?,
+            Some(poses) => BeamModel::at_poses(map, channels, &config, poses)?,
         };
-        self.method(BEAM_MODEL, BEAM, &alone, Box::new(at_cells))
+        let labels = (BEAM_MODEL, BEAM);
+        self.method(labels, &alone, Box::new(at_cells), map.bytes())
     }
 
     /// Monte Carlo localisation with the field, which is what AMCL does; none along a route.
     ///
     /// # Errors
     /// Where the noise of odometry makes no sense.
-    pub fn monte_carlo(
-        &self,
-        field: &Arc<LikelihoodField>,
-        particles: usize,
-    ) -> Result<Option<Method<'a>>> {
+    pub fn monte_carlo(&self, field: &Field, particles: usize) -> Result<Option<Method<'a>>> {
         let context = self.context;
         if let Places::Route(_) = **context.grid.places() {
             return Ok(None);
@@ -149,7 +190,7 @@ impl<'a, 'b> MapOfScans<'a, 'b> {
         let motion = context.config.motion.as_ref();
         let motion = motion.unwrap_or(&context.mapped.motion).clone();
         let grid = Arc::clone(&context.grid);
-        let localiser = MonteCarlo::new(Arc::clone(field), motion, grid, config)?
+        let localiser = MonteCarlo::new(Arc::clone(&field.field), motion, grid, config)?
             .with_sensors_of(context.source()?.recording.channels())?;
         let name = match particles {
             5_000 => "monte_carlo".to_string(),
@@ -157,7 +198,7 @@ impl<'a, 'b> MapOfScans<'a, 'b> {
         };
         let title = format!("map, {},000 particles", particles / 1000);
         Ok(Some(Method {
-            other_bytes: self.map.bytes(),
+            other_bytes: field.map_bytes,
             ..context.localiser(&name, &title, Box::new(localiser))
         }))
     }
@@ -176,10 +217,10 @@ impl<'a, 'b> MapOfScans<'a, 'b> {
 
     fn method(
         &self,
-        name: &str,
-        title: &str,
+        (name, title): (&str, &str),
         alone: &dyn SensorModel,
         at_cells: Box<dyn SensorModel + 'a>,
+        map_bytes: usize,
     ) -> Result<Method<'a>> {
         // Along a route, where places are no poses, the poses of the places are on the robot as well.
         let poses_bytes = match &**self.context.grid.places() {
@@ -187,7 +228,7 @@ impl<'a, 'b> MapOfScans<'a, 'b> {
             Places::Route(_) => 3 * size_of::<f32>() * self.training.len(),
         };
         Ok(Method {
-            other_bytes: self.map.bytes() + poses_bytes,
+            other_bytes: map_bytes + poses_bytes,
             usual_scale: USUAL_SCALE,
             ..self
                 .context

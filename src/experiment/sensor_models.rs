@@ -7,7 +7,7 @@
 use super::{
     kernels::{Moved, VIEWS, kernel, kernel_views},
     learned_row::{Rounded, learned_features, random_bits},
-    maps::MapOfScans,
+    maps::RangeMaps,
     method::{AnswersBy, Method, method},
     methods::MethodContext,
     signal_row::signal_field,
@@ -126,12 +126,19 @@ pub struct RecogniserLandmarks {
 /// Of the likelihood field.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct LikelihoodFieldLandmarks {}
+pub struct LikelihoodFieldLandmarks {
+    /// File of a ROS map (its YAML) in the frame of the recording's poses; not said: the section's `map`, and else a map that
+    /// the mapping part's scans draw.
+    pub map: PathBuf,
+}
 
 /// Of the beam model.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct BeamModelLandmarks {}
+pub struct BeamModelLandmarks {
+    /// As that of the likelihood field.
+    pub map: PathBuf,
+}
 
 /// Of the signal field.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -219,6 +226,14 @@ impl Constants for Landmarks {
             _ => None,
         }
     }
+
+    fn files(&mut self) -> Vec<&mut PathBuf> {
+        match self {
+            Self::LikelihoodField(config) => vec![&mut config.map],
+            Self::BeamModel(config) => vec![&mut config.map],
+            other => other.model().into_iter().collect(),
+        }
+    }
 }
 
 impl SensorModelConfig for Landmarks {
@@ -248,11 +263,11 @@ impl SensorModelConfig for Landmarks {
                 )?;
                 context.recogniser(name, name, learned)
             }
-            Self::LikelihoodField(_) => {
-                let map = map_of(context)?;
-                map.in_filter(&map.field()?)
+            Self::LikelihoodField(config) => {
+                let maps = maps(context, &config.map)?;
+                maps.in_filter(&maps.field()?)
             }
-            Self::BeamModel(_) => map_of(context)?.beam_model(),
+            Self::BeamModel(config) => maps(context, &config.map)?.beam_model(),
             Self::SignalField(_) => {
                 let field = signal_field(context)?;
                 field.ok_or_else(|| no_sensor("64 readings a snapshot or fewer"))
@@ -262,8 +277,14 @@ impl SensorModelConfig for Landmarks {
     }
 }
 
-fn map_of<'a, 'b>(context: &'b MethodContext<'a>) -> Result<MapOfScans<'a, 'b>> {
-    MapOfScans::new(context)?.ok_or_else(|| no_sensor("a range sensor whose beams have bearings"))
+/// Maps from the file that a sensor model names, else from that of the whole section, else from scans.
+fn maps<'a, 'b>(context: &'b MethodContext<'a>, given: &Path) -> Result<RangeMaps<'a, 'b>> {
+    let given = match given.as_os_str().is_empty() {
+        true => &context.config.map,
+        false => given,
+    };
+    let maps = RangeMaps::new(context, given)?;
+    maps.ok_or_else(|| no_sensor("a range sensor whose beams have bearings"))
 }
 
 fn no_sensor(expected: &str) -> Error {

@@ -3,7 +3,8 @@
 
 use super::{
     distance::distances,
-    occupancy_map::{Occupancy, OccupancyMap, range_beams},
+    occupancy_map::{Occupancy, OccupancyMap},
+    range_sensors::{RangeSensors, thinned},
 };
 use crate::{
     error::{Error, Result},
@@ -24,6 +25,8 @@ pub struct LikelihoodFieldConfig {
     pub farthest_m: f64,
     /// Beams of a scan that count, evenly spaced: neighbouring ones tell the same twice.
     pub beams: usize,
+    /// The sensors that are held against the map. The end of a cone is that of its axis.
+    pub sensors: RangeSensors,
 }
 
 impl Default for LikelihoodFieldConfig {
@@ -33,6 +36,7 @@ impl Default for LikelihoodFieldConfig {
             random_share: 0.05,
             farthest_m: 2.0,
             beams: 36,
+            sensors: RangeSensors::default(),
         }
     }
 }
@@ -64,7 +68,7 @@ impl LikelihoodFieldConfig {
         if self.beams == 0 {
             return wrong("beams", "0".into(), "1 or more");
         }
-        Ok(())
+        self.sensors.check()
     }
 }
 
@@ -88,6 +92,7 @@ pub struct LikelihoodField {
     /// Of an end outside of the map.
     outside: f32,
     beams: usize,
+    sensors: RangeSensors,
 }
 
 impl LikelihoodField {
@@ -119,6 +124,7 @@ impl LikelihoodField {
                 .collect(),
             outside: of_distance(f64::INFINITY),
             beams: config.beams,
+            sensors: config.sensors.clone(),
         })
     }
 
@@ -166,24 +172,19 @@ impl LikelihoodField {
     /// The beams of an observation that count: evenly spaced among all, those without return left out.
     ///
     /// # Errors
-    /// Where no channel has ranges with bearings.
+    /// Where no channel has ranges with bearings, or a sensor that the field is for is missing.
     pub fn beams(&self, channels: &[Channel], observation: &Observation) -> Result<Vec<Beam>> {
-        let all = range_beams(channels);
-        if all.is_empty() {
-            return Err(Error::work(
-                "likelihood field: no channel in metres has bearings; expected a range sensor whose beams' directions are known",
-            ));
-        }
-        let count = self.beams.min(all.len());
-        let beams = (0..count).filter_map(|i| {
-            let (value, bearing_rad) = all[(2 * i + 1) * all.len() / (2 * count)];
-            let range_m = f64::from(*observation.values.get(value)?);
-            let (sin, cos) = bearing_rad.sin_cos();
+        let all = self.sensors.beams(channels);
+        let all = all.map_err(|error| error.context("likelihood field"))?;
+        let beams = thinned(&all, self.beams);
+        let returned = beams.iter().filter_map(|beam| {
+            let range_m = f64::from(*observation.values.get(beam.value)?);
+            let (sin, cos) = beam.bearing_rad.sin_cos();
             (range_m > 0.0 && range_m.is_finite()).then_some(Beam {
                 ahead_m: range_m * cos,
                 left_m: range_m * sin,
             })
         });
-        Ok(beams.collect())
+        Ok(returned.collect())
     }
 }

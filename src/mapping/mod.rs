@@ -5,13 +5,17 @@
 //! learned landmarks have to beat wherever a plan predicts the sensor.
 
 mod distance;
+mod fit;
 mod likelihood_field;
 mod occupancy_map;
 mod range_sensors;
 mod raycast;
 mod render;
+mod ros_map;
 
+pub use fit::check_fits;
 pub use likelihood_field::{Beam, LikelihoodField, LikelihoodFieldConfig};
 pub use occupancy_map::{Occupancy, OccupancyMap, OccupancyMapConfig};
 pub use range_sensors::{RangeBeam, RangeSensors};
 pub use render::{RenderConfig, Rendered, Renderer};
+pub use ros_map::RosMap;

@@ -1,10 +1,16 @@
 //! An occupancy map of a recording's range scans at their poses: how often beams ended in a cell, how often they crossed it.
 
+mod looks;
+#[cfg(test)]
+mod tests;
+
+use super::range_sensors::RangeSensors;
 use crate::{
     error::{Error, Result},
     geometry::Pose,
-    recording::{Channel, Recording},
+    recording::Recording,
 };
+use looks::{Echo, Looks};
 use serde::{Deserialize, Serialize};
 
 /// How an occupancy map is made.
@@ -23,6 +29,8 @@ pub struct OccupancyMapConfig {
     pub least_share: f64,
     /// Most cells: a mistyped `cell_m` should end in a message, not in a full memory.
     pub most_cells: usize,
+    /// The sensors that draw it.
+    pub sensors: RangeSensors,
 }
 
 impl Default for OccupancyMapConfig {
@@ -34,6 +42,7 @@ impl Default for OccupancyMapConfig {
             least_hits: 2,
             least_share: 0.25,
             most_cells: 100_000_000,
+            sensors: RangeSensors::default(),
         }
     }
 }
@@ -59,7 +68,7 @@ impl OccupancyMapConfig {
                 self.least_share
             )));
         }
-        Ok(())
+        self.sensors.check()
     }
 }
 
@@ -107,8 +116,7 @@ pub struct OccupancyMap {
 }
 
 impl OccupancyMap {
-    /// The map that the range scans of some snapshots draw, each at its true pose. All channels in metres whose bearings are
-    /// known take part; a beam without return tells nothing.
+    /// The map that the range scans of some snapshots draw, each at its true pose. A beam without return tells nothing.
     ///
     /// # Errors
     /// Where a value of `config` makes no sense, the map would have more than its `most_cells` cells (usage errors), no
@@ -119,12 +127,8 @@ impl OccupancyMap {
         config: &OccupancyMapConfig,
     ) -> Result<Self> {
         config.check()?;
-        let beams = range_beams(recording.channels());
-        if beams.is_empty() {
-            return Err(Error::work(
-                "occupancy map: no channel in metres has bearings; expected a range sensor whose beams' directions are known",
-            ));
-        }
+        let beams = config.sensors.beams(recording.channels());
+        let beams = beams.map_err(|error| error.context("occupancy map"))?;
         let poses = recording.poses();
         let (low, high) = bounds(snapshots.iter().map(|&k| &poses[k]), config)?;
         let cells_along = |axis: usize| ((high[axis] - low[axis]) / config.cell_m).ceil().max(1.0);
@@ -139,22 +143,22 @@ impl OccupancyMap {
         }
         let (width, height) = (cells_along(0) as usize, cells_along(1) as usize);
         let mut looks = Looks::new(width, height);
-        for (scan, &k) in snapshots.iter().enumerate() {
+        let echoes = |&k: &usize| {
             let (pose, values) = (poses[k], recording.observation(k).values);
             let from = [0, 1].map(|axis| ([pose.x_m, pose.y_m][axis] - low[axis]) / config.cell_m);
-            for &(value, bearing_rad) in &beams {
-                let range_m = f64::from(values[value]);
-                if !(range_m > 0.0 && range_m < config.reach_m) {
-                    continue; // no return, or no distance
-                }
-                let (sin, cos) = (pose.heading_rad + bearing_rad).sin_cos();
-                let direction = [cos, sin];
-                let range = range_m / config.cell_m;
-                looks.end([0, 1].map(|axis| from[axis] + range * direction[axis]));
-                // Two cells before the end still belong to what was hit.
-                let crossed = (range - 2.0).min(config.margin_m / config.cell_m);
-                looks.cross(from, direction, crossed, scan as u32);
-            }
+            beams.iter().filter_map(move |beam| {
+                let range_m = f64::from(values[beam.value]);
+                // Else there was no return, or it is no distance.
+                (range_m > 0.0 && range_m < config.reach_m)
+                    .then(|| Echo::new(from, pose.heading_rad, beam, range_m / config.cell_m))
+            })
+        };
+        let farthest = config.margin_m / config.cell_m;
+        for (scan, k) in snapshots.iter().enumerate() {
+            echoes(k).for_each(|echo| looks.way(&echo, farthest, scan as u32));
+        }
+        for echo in snapshots.iter().flat_map(echoes) {
+            looks.end(&echo);
         }
         let map = Self {
             cell_m: config.cell_m,
@@ -247,19 +251,6 @@ impl OccupancyMap {
     }
 }
 
-/// Place among a snapshot's values, and bearing, of every range reading with a known direction.
-pub(crate) fn range_beams(channels: &[Channel]) -> Vec<(usize, f64)> {
-    let mut first = 0;
-    let mut beams = Vec::new();
-    for channel in channels {
-        if let ("m", Some(bearings)) = (channel.unit.as_str(), &channel.bearing_rad) {
-            beams.extend(bearings.iter().enumerate().map(|(i, &b)| (first + i, b)));
-        }
-        first += channel.width;
-    }
-    beams
-}
-
 /// The rectangle around some poses with the margin, from its south-west to its north-east corner.
 fn bounds<'a>(
     poses: impl Iterator<Item = &'a Pose>,
@@ -280,93 +271,4 @@ fn bounds<'a>(
     }
     let margin_m = config.margin_m;
     Ok((low.map(|v| v - margin_m), high.map(|v| v + margin_m)))
-}
-
-/// Looks at every cell.
-struct Looks {
-    size: [usize; 2],
-    /// Beams that ended in a cell.
-    ended: Vec<u32>,
-    /// Scans that crossed it, and the last of them plus 1: a scan's beams cross a near cell many times and count once.
-    crossed: Vec<u32>,
-    crossed_by: Vec<u32>,
-}
-
-impl Looks {
-    fn new(width: usize, height: usize) -> Self {
-        let none = || vec![0; width * height];
-        Self {
-            size: [width, height],
-            ended: none(),
-            crossed: none(),
-            crossed_by: none(),
-        }
-    }
-
-    /// The cell at a point given in cells.
-    fn cell(&self, at: [f64; 2]) -> Option<usize> {
-        let [column, row] = at.map(f64::floor);
-        let within = column >= 0.0
-            && row >= 0.0
-            && column < self.size[0] as f64
-            && row < self.size[1] as f64;
-        within.then(|| row as usize * self.size[0] + column as usize)
-    }
-
-    fn end(&mut self, at: [f64; 2]) {
-        if let Some(cell) = self.cell(at) {
-            self.ended[cell] += 1;
-        }
-    }
-
-    /// Marks the cells of a ray, cell by cell (Amanatides & Woo 1987), `length` cells long.
-    fn cross(&mut self, from: [f64; 2], direction: [f64; 2], length: f64, scan: u32) {
-        let mut at = from.map(f64::floor);
-        let step = direction.map(|d| if d < 0.0 { -1.0 } else { 1.0 });
-        let along = direction.map(|d| {
-            if d == 0.0 {
-                f64::INFINITY
-            } else {
-                1.0 / d.abs()
-            }
-        });
-        // Way along the ray to the next border on either axis.
-        let mut next = [0, 1].map(|axis| {
-            let within = from[axis] - at[axis];
-            let left = if step[axis] > 0.0 {
-                1.0 - within
-            } else {
-                within
-            };
-            left * along[axis]
-        });
-        let mut way = 0.0;
-        while way < length {
-            if let Some(cell) = self.cell(at)
-                && self.crossed_by[cell] != scan + 1
-            {
-                self.crossed_by[cell] = scan + 1;
-                self.crossed[cell] += 1;
-            }
-            let axis = usize::from(next[1] < next[0]);
-            way = next[axis];
-            next[axis] += along[axis];
-            at[axis] += step[axis];
-        }
-    }
-
-    fn occupancy(&self, config: &OccupancyMapConfig) -> Vec<Occupancy> {
-        let cells = self.ended.iter().zip(&self.crossed);
-        let occupancy = cells.map(|(&ended, &crossed)| {
-            let looks = f64::from(ended) + f64::from(crossed);
-            if ended >= config.least_hits && f64::from(ended) > config.least_share * looks {
-                Occupancy::Occupied
-            } else if crossed > 0 {
-                Occupancy::Free
-            } else {
-                Occupancy::Unknown
-            }
-        });
-        occupancy.collect()
-    }
 }

@@ -58,10 +58,15 @@ pub struct RangeBeam {
 impl RangeSensors {
     /// The same sensors, every reading taken as a ray along its axis.
     pub fn as_rays(&self) -> Self {
+        self.narrowed(0.0)
+    }
+
+    /// The same sensors, their openings this share of what they are.
+    pub fn narrowed(&self, share: f64) -> Self {
         Self {
             channels: self.channels.clone(),
-            sonar_opening_rad: 0.0,
-            infrared_opening_rad: 0.0,
+            sonar_opening_rad: share * self.sonar_opening_rad,
+            infrared_opening_rad: share * self.infrared_opening_rad,
         }
     }
 

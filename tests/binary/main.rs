@@ -5,6 +5,7 @@ mod compare;
 mod compare_localisation;
 mod configs;
 mod device;
+mod given_map;
 mod help;
 mod import;
 mod import_frames;

@@ -48,7 +48,7 @@ impl Evaluator<'_, '_> {
             .next(&format!("{}: training", self.dataset));
         let systems = self.config.system.iter();
         let systems: Vec<Result<System>> = systems.map(|config| self.ready(config)).collect();
-        let trials = self.config.trials();
+        let trials = self.config.trials().beside(self.folder);
         let parts = self.protocol.as_ref().map(Parts::of_protocol);
         let context = match (&parts, parts.as_ref().ok().and_then(|p| p.source.as_ref())) {
             (Ok(parts), Some(source)) => MethodContext::over(Mapped::of(source), parts, &trials),

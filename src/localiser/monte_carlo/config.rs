@@ -5,13 +5,16 @@ use crate::{
     belief::{Grid, GridConfig, OdometryMotion, Places},
     error::{Error, Result},
     localiser::{Localiser, LocaliserConfig},
-    mapping::{LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig},
+    mapping::{
+        LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig, RangeSensors,
+        RosMap, check_fits,
+    },
     recording::Recording,
     registry::Constants,
     seed::Seed,
 };
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use std::{path::PathBuf, sync::Arc};
 
 /// How many particles, how they are weighed, and when some are drawn anew.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,6 +45,8 @@ pub struct MonteCarloConfig {
     pub start_spread_m: f64,
     /// Standard deviation of the heading about a known start, in radians.
     pub start_spread_rad: f64,
+    /// File of a ROS map (its YAML) in the frame of the recording's poses; empty: the map that the mapping part's scans draw.
+    pub map: PathBuf,
 }
 
 impl Default for MonteCarloConfig {
@@ -58,6 +63,7 @@ impl Default for MonteCarloConfig {
             evidence_scale: 0.2,
             start_spread_m: 0.3,
             start_spread_rad: 0.1,
+            map: PathBuf::new(),
         }
     }
 }
@@ -132,6 +138,10 @@ impl Constants for MonteCarloConfig {
     fn check(&self) -> Result<()> {
         MonteCarloConfig::check(self)
     }
+
+    fn files(&mut self) -> Vec<&mut PathBuf> {
+        vec![&mut self.map]
+    }
 }
 
 impl LocaliserConfig for MonteCarloConfig {
@@ -142,7 +152,15 @@ impl LocaliserConfig for MonteCarloConfig {
         snapshots: &[usize],
         _: Seed,
     ) -> Result<Box<dyn Localiser>> {
-        let map = OccupancyMap::from_scans(recording, snapshots, &OccupancyMapConfig::default())?;
+        let map = match self.map.as_os_str().is_empty() {
+            true => OccupancyMap::from_scans(recording, snapshots, &OccupancyMapConfig::default())?,
+            false => {
+                let map = RosMap::read(&self.map)?.occupancy_map()?;
+                let fits = check_fits(&map, recording, snapshots, &RangeSensors::default());
+                fits.map_err(|error| error.in_file(&self.map))?;
+                map
+            }
+        };
         let field = LikelihoodField::new(&map, &LikelihoodFieldConfig::default())?;
         let poses = snapshots.iter().map(|&k| recording.poses()[k]).collect();
         let grid = Grid::over(&Places::Plane(poses), &GridConfig::default())?;

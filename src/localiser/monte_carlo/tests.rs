@@ -2,7 +2,7 @@ use super::*;
 use crate::{
     belief::{BayesFilter, Belief, GridConfig},
     localiser::{LocaliserConfig, laws, likelihood_field::FieldOverGrid},
-    mapping::{LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig},
+    mapping::{LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig, RangeSensors},
     recogniser::test_world::test_world,
     recording::Columns,
     registry::Constants,
@@ -13,7 +13,12 @@ use serde::Serialize;
 const LAP: usize = 104;
 
 fn map_of(recording: &Recording, snapshots: &[usize]) -> Result<Arc<LikelihoodField>> {
-    let map = OccupancyMap::from_scans(recording, snapshots, &OccupancyMapConfig::default())?;
+    // The sonars of this world are rays.
+    let config = OccupancyMapConfig {
+        sensors: RangeSensors::default().as_rays(),
+        ..OccupancyMapConfig::default()
+    };
+    let map = OccupancyMap::from_scans(recording, snapshots, &config)?;
     Ok(Arc::new(LikelihoodField::new(
         &map,
         &LikelihoodFieldConfig::default(),

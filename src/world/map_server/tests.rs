@@ -1,53 +1,9 @@
-//! Small maps in every mode.
+//! Small maps, and their walls.
 
 use super::*;
-use image::{GrayImage, ImageFormat, RgbaImage};
+use image::{DynamicImage, GrayImage, ImageFormat};
 use nalgebra::Point2;
-
-fn config(mode: Mode, negate: i64) -> MapConfig {
-    MapConfig {
-        image: "map.pgm".into(),
-        resolution: 0.05,
-        origin: [0.0; 3],
-        negate: Negate::Number(negate),
-        occupied_thresh: 0.65,
-        free_thresh: 0.196,
-        mode,
-    }
-}
-
-#[test]
-fn each_mode_reads_brightness_as_map_server_does() {
-    let occupied = |mode, negate, value: f64| config(mode, negate).is_occupied(value / 255.0);
-    for mode in [Mode::Trinary, Mode::Scale] {
-        // (255 − 89) / 255 = 0.651, (255 − 90) / 255 = 0.647
-        assert!(occupied(mode, 0, 0.0) && occupied(mode, 0, 89.0) && !occupied(mode, 0, 90.0));
-        assert!(!occupied(mode, 0, 205.0) && !occupied(mode, 0, 254.0));
-        assert!(occupied(mode, 1, 255.0) && occupied(mode, 1, 166.0) && !occupied(mode, 1, 165.0));
-    }
-    for (value, is) in [
-        (0.0, false),
-        (65.0, false),
-        (66.0, true),
-        (100.0, true),
-        (101.0, false),
-        (255.0, false),
-    ] {
-        assert_eq!(occupied(Mode::Raw, 0, value), is, "{value}");
-        assert_eq!(occupied(Mode::Raw, 1, 255.0 - value), is, "negated {value}");
-    }
-}
-
-#[test]
-fn transparency_is_one_more_colour_in_the_trinary_mode_alone() {
-    let cells = |mode, rgba: [u8; 4]| {
-        let picture = RgbaImage::from_pixel(1, 1, image::Rgba(rgba));
-        config(mode, 0).occupied(&picture.into())[(0, 0)]
-    };
-    // Opaque black: (0 + 0 + 0 + 255) / 4 = 63.75, 0.75 occupied; dark grey 60: 108.75, 0.57.
-    assert!(cells(Mode::Trinary, [0, 0, 0, 255]) && cells(Mode::Scale, [0, 0, 0, 255]));
-    assert!(!cells(Mode::Trinary, [60, 60, 60, 255]) && cells(Mode::Scale, [60, 60, 60, 255]));
-}
+use std::io::Cursor;
 
 /// A map in a folder of its own, and its walls or why there are none.
 fn read(yaml: &str, files: &[(&str, Vec<u8>)]) -> Result<Vec<Wall>> {

@@ -22,7 +22,11 @@ fn config() -> BeamModelConfig {
 
 fn map_of(recording: &Recording) -> OccupancyMap {
     let all: Vec<usize> = (0..recording.len()).collect();
-    OccupancyMap::from_scans(recording, &all, &OccupancyMapConfig::default()).unwrap()
+    let config = OccupancyMapConfig {
+        sensors: config().sensors,
+        ..OccupancyMapConfig::default()
+    };
+    OccupancyMap::from_scans(recording, &all, &config).unwrap()
 }
 
 fn grid_of(recording: &Recording) -> Arc<Grid> {
