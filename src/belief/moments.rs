@@ -3,6 +3,10 @@
 use super::{belief::Belief, places::Places};
 use crate::geometry::{Pose, wrapped};
 use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::FRAC_PI_2;
+
+/// How far from the mode mass counts for the mode's heading.
+const NEAR_MODE_M: f64 = 1.0;
 
 impl Belief {
     /// Σ_ξ ξ Bel(ξ): the mean of x and y, and the circular mean of the heading (the direction of the mean of all headings as
@@ -28,6 +32,27 @@ impl Belief {
             sin.atan2(cos)
         };
         Pose::new(x_m, mean(&|pose| pose.y_m), heading_rad)
+    }
+
+    /// The heading that goes with the [mode](Belief::mode), in radians, finer than the cells tell headings apart: the direction of
+    /// the mean of the headings, as unit vectors, of all mass within 1 m of the mode and a quarter turn of its heading. `None`
+    /// along a route, where a belief knows no heading.
+    pub fn mode_heading_rad(&self) -> Option<f64> {
+        let Places::Plane(cells) = &**self.places() else {
+            return None;
+        };
+        let mode = cells[self.mode()];
+        let (mut sin, mut cos) = (0.0, 0.0);
+        for (cell, mass) in cells.iter().zip(self.mass()) {
+            let is_near = *mass > 0.0
+                && cell.distance_m(&mode) <= NEAR_MODE_M
+                && cell.turn_rad(&mode) <= FRAC_PI_2;
+            if is_near {
+                sin += mass * cell.heading_rad.sin();
+                cos += mass * cell.heading_rad.cos();
+            }
+        }
+        Some(sin.atan2(cos))
     }
 
     /// Σ_ξ (ξ − mean)(ξ − mean)ᵀ Bel(ξ) in the order x, y, heading: m², m·rad, rad². Headings count by the shorter way round
@@ -137,6 +162,20 @@ mod tests {
         // A turn that goes with x shows beside the diagonal.
         let turning = plane(&[[-1.0, 0.0, -0.2], [1.0, 0.0, 0.2]], &[1.0, 1.0]);
         assert!((turning.covariance()[(0, 2)] - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_heading_of_the_mode_is_finer_than_cells_and_deaf_to_other_peaks() {
+        // Headings 0 and 0.2 beside the mode; its reverse, and a peak far away, count for nothing.
+        let belief = plane(
+            &[[0.0; 3], [0.0, 0.0, 0.2], [0.5, 0.0, PI], [9.0, 0.0, 1.0]],
+            &[3.0, 3.0, 2.9, 2.9],
+        );
+        let heading = belief.mode_heading_rad().unwrap();
+        assert!((heading - 0.1).abs() < 1e-15, "{heading}");
+        let route = Arc::new(Places::Route(vec![0.0, 1.0]));
+        let along = Belief::uniform(&route).unwrap();
+        assert_eq!(along.mode_heading_rad(), None);
     }
 
     #[test]

@@ -33,4 +33,5 @@ pub mod sensor_models;
 pub mod sequences;
 mod signal_row;
 pub mod standard;
+mod trial_play;
 pub mod trials;
