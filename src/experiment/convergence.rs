@@ -9,6 +9,9 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// Distance at which mean errors are reported, in metres.
+pub const REPORTED_AT_M: f64 = 10.0;
+
 /// A robot has converged when it stays this sure and this right, in metres …
 pub const SURE_WITHIN_M: f64 = 1.0;
 /// … for this far …

@@ -2,10 +2,10 @@
 
 pub use super::localise_config::LocaliseConfig;
 
-pub use super::paired_trials::PairedTest;
+pub use super::{convergence::REPORTED_AT_M, paired_trials::PairedTest};
 
 pub use super::localisation_record::{
-    HeldOut, LeftOut, MethodResult, REPORTED_AT_M, Record, Timing, TrialSummary,
+    HeldOut, LeftOut, MethodResult, Record, Timing, TrialSummary,
 };
 
 use super::{

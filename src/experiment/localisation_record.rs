@@ -1,8 +1,11 @@
 //! What came of localisation trials: figures of every method, as tables and JSON show them.
 
 use super::{
-    convergence::Row, end_success::SuccessAtEnd, paired_trials::PairedTest,
-    region_coverage::Coverage, risk_coverage::RiskCoverage,
+    convergence::{REPORTED_AT_M, Row},
+    end_success::SuccessAtEnd,
+    paired_trials::PairedTest,
+    region_coverage::Coverage,
+    risk_coverage::RiskCoverage,
 };
 use crate::{belief::Uncertainty, learning::error_reduction::ErrorReduction, score::FEW};
 use serde::{Deserialize, Serialize};
@@ -124,9 +127,6 @@ impl MethodResult {
         self.recall_snapshots < FEW || self.recall_1m_ci95.is_none()
     }
 }
-
-/// Distance at which mean errors are reported, in metres.
-pub const REPORTED_AT_M: f64 = 10.0;
 
 impl TrialSummary {
     /// The mean errors after [`REPORTED_AT_M`]; none where no trial goes so far.

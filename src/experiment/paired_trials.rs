@@ -1,8 +1,7 @@
 //! Which differences between methods are more than chance, over the same trials.
 
 use super::{
-    convergence::{Answers, converged_at_m, latest_at},
-    localisation_record::REPORTED_AT_M,
+    convergence::{Answers, REPORTED_AT_M, converged_at_m, latest_at},
     trials::Trial,
 };
 use crate::{

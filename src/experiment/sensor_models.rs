@@ -16,7 +16,7 @@ use super::{
 use crate::{
     detector::{DetectorConfig, HandMade, ceiling_light::CeilingLight, door::DoorConfig},
     error::{Error, Result},
-    localiser::sensor_model::{Compass, compass},
+    localiser::sensor_model::Compass,
     model::{Model, seen},
     recogniser::{self, RecogniserConfig},
     registry::{Constants, boxed_config},
@@ -297,7 +297,7 @@ fn from_file<'a>(
 /// The heading of a compass, which says nothing of the place.
 fn by_compass<'a>(context: &MethodContext<'a>, config: &CompassLandmarks) -> Result<Method<'a>> {
     let source = context.source()?;
-    let zero_rad = compass::zero_rad(&source.recording, &source.training)
+    let zero_rad = Compass::zero_rad(&source.recording, &source.training)
         .ok_or_else(|| no_sensor("a recording with `compass`"))?;
     let sensor = Compass::new(zero_rad, config.sd_rad)?;
     let answers = AnswersBy::Sensor(Arc::new(sensor));

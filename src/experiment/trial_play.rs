@@ -52,7 +52,7 @@ pub(super) fn answers(
         played(trials, ready_ms, |t, trial| filter.answers(t, trial))
     };
     match &method.answers {
-        AnswersBy::Nobody(fault) => return Err(Error::work(fault.clone())),
+        AnswersBy::Nobody(fault) => Err(Error::work(fault.clone())),
         AnswersBy::Odometry => sensor(None, 0.0),
         AnswersBy::PreparedSensor(prepared) => sensor(Some(prepared.as_ref()), method.ready_ms),
         AnswersBy::Sensor(model) => {

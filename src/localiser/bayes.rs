@@ -14,7 +14,7 @@ mod trial_runner;
 
 use super::{
     Learn, Localiser, TrialRunner,
-    sensor_model::{Compass, Independent, compass},
+    sensor_model::{Compass, Independent},
     sites::Sites,
 };
 use crate::{
@@ -196,7 +196,7 @@ impl Bayes {
             grid: config.grid.clone(),
             motion: config.motion.clone().unwrap_or(known.motion.clone()),
             compass_sd_rad: config.compass_sd_rad,
-            compass_zero_rad: compass::zero_rad(recording, snapshots),
+            compass_zero_rad: Compass::zero_rad(recording, snapshots),
             known,
         })
     }

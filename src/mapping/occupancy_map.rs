@@ -181,7 +181,7 @@ impl OccupancyMap {
         width: usize,
         cells: Vec<Occupancy>,
     ) -> Result<Self> {
-        if width == 0 || cells.is_empty() || cells.len() % width != 0 {
+        if width == 0 || cells.is_empty() || !cells.len().is_multiple_of(width) {
             return Err(Error::work(format!(
                 "occupancy map: {} cells in rows of {width}; expected whole rows",
                 cells.len()

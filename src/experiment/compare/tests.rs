@@ -242,7 +242,7 @@ fn the_documented_configuration_is_one() {
         .next()
         .unwrap();
     let config = CompareConfig::parse(toml).unwrap();
-    assert_eq!(config.system.len(), 3);
+    assert_eq!(config.system.len(), 4);
     let standard = config.standard.unwrap();
     for (key, value) in [
         ("bin_m", standard.bin_m),

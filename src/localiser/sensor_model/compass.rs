@@ -50,17 +50,17 @@ impl Compass {
             concentration: sd_rad.powi(-2),
         })
     }
-}
 
-/// By how much the headings of the map are turned from those of the compass, in radians: the direction of the mean, over
-/// the mapping part. None without a compass.
-pub fn zero_rad(recording: &Recording, mapping: &[usize]) -> Option<f64> {
-    let compass = recording.columns().compass_rad.as_ref()?;
-    let turned = |&k: &usize| recording.poses()[k].heading_rad - compass[k];
-    let (sin, cos) = mapping.iter().map(turned).fold((0.0, 0.0), |sum, turned| {
-        (sum.0 + turned.sin(), sum.1 + turned.cos())
-    });
-    Some(wrapped(sin.atan2(cos)))
+    /// By how much the headings of the map are turned from those of the compass, in radians: the direction of the mean, over
+    /// the mapping part. None without a compass.
+    pub fn zero_rad(recording: &Recording, mapping: &[usize]) -> Option<f64> {
+        let compass = recording.columns().compass_rad.as_ref()?;
+        let turned = |&k: &usize| recording.poses()[k].heading_rad - compass[k];
+        let (sin, cos) = mapping.iter().map(turned).fold((0.0, 0.0), |sum, turned| {
+            (sum.0 + turned.sin(), sum.1 + turned.cos())
+        });
+        Some(wrapped(sin.atan2(cos)))
+    }
 }
 
 impl SensorModel for Compass {
