@@ -18,7 +18,7 @@ use crate::{
 };
 use ndarray::{Array2, Axis};
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use std::{sync::Arc, time::Instant};
 
 /// Moved views that a scan is kept in besides the recorded one, by default.
 pub const VIEWS: usize = 24;
@@ -164,10 +164,12 @@ impl Scans {
             recorded: &self.of_validation,
             is_run: false,
         });
+        let started = Instant::now();
         let square = distances(&Asked {
             recorded: &self.of_run,
             is_run: true,
         });
+        let ready_ms = 1000.0 * started.elapsed().as_secs_f64() / parts.unseen.len() as f64;
 
         // The bandwidth of least error on the validation part, by prior.
         let validation = covered(&source_places, &source.validation, places);
@@ -205,6 +207,7 @@ impl Scans {
         let validation = prepared(&source.validation, on_validation);
         Ok(Method {
             bandwidth: Some(bandwidth),
+            ready_ms,
             validation: Some(Arc::new(validation)),
             held_out,
             ..method(

@@ -2,7 +2,7 @@
 
 pub use super::localise_config::LocaliseConfig;
 
-pub use super::convergence::REPORTED_AT_M;
+pub use super::{convergence::REPORTED_AT_M, paired_trials::PairedTest};
 
 pub use super::localisation_record::{
     HeldOut, LeftOut, MethodResult, Record, Timing, TrialSummary,
@@ -29,6 +29,7 @@ use crate::{
     belief::Places,
     error::{Error, Result},
     model::Model,
+    score::ClusteredMean,
 };
 use std::collections::BTreeSet;
 
@@ -125,13 +126,13 @@ pub fn play(
         unseen_is_validation: parts.unseen_is_validation,
         priors: context.priors.clone(),
         results,
-        paired_tests: paired_tests(&figures, &trials, context.seed()),
+        paired_tests: paired_tests(&figures, &trials, context.config.resamples, context.seed()),
         timing,
         left_out,
     })
 }
 
-/// Median milliseconds a step, over the steps of all trials.
+/// Median milliseconds a step, over the steps of all trials that were timed.
 fn step_ms(answers: &[Answers]) -> Option<f64> {
     let steps = answers.iter().flat_map(|answers| &answers.step_ms);
     let mut steps: Vec<f64> = steps.copied().collect();
@@ -163,6 +164,8 @@ fn result(
         share(&hits, context.config.resamples, context.seed())
     };
     let (recall_1m, recall_05m) = (within(1.0), within(0.5));
+    let (at_10m, tracked) = (global.reported(), tracking.reported());
+    let risk = risk_coverage(trials, &anywhere, resamples, seed);
     let scores = context.priors.iter().zip(&method.held_out);
     let result = MethodResult {
         held_out: scores
@@ -173,10 +176,15 @@ fn result(
         recall_1m_ci95: recall_1m.and_then(|share| share.1),
         recall_05m: recall_05m.map(|share| share.0),
         recall_05m_ci95: recall_05m.and_then(|share| share.1),
-        error_at_10m_m: global.reported().map(|row| row.expected_error_m),
-        error_at_10m_m_ci95: global.reported().and_then(|row| row.ci95_m),
-        tracked_error_m: tracking.reported().map(|row| row.expected_error_m),
-        tracked_error_m_ci95: tracking.reported().and_then(|row| row.ci95_m),
+        recall_snapshots: recalled.len(),
+        error_at_10m_m: at_10m.map(|row| row.expected_error_m),
+        error_at_10m_m_ci95: at_10m.and_then(|row| row.ci95_m),
+        point_error_at_10m_m: at_10m.map(|row| row.point_error_m),
+        point_error_at_10m_m_ci95: at_10m.and_then(|row| row.point_ci95_m),
+        tracked_error_m: tracked.map(|row| row.expected_error_m),
+        tracked_error_m_ci95: tracked.and_then(|row| row.ci95_m),
+        tracked_point_error_m: tracked.map(|row| row.point_error_m),
+        tracked_point_error_m_ci95: tracked.and_then(|row| row.point_ci95_m),
         name: method.name,
         title: method.title,
         bandwidth: method.bandwidth,
@@ -186,7 +194,9 @@ fn result(
         heading_within_5deg: heading.map(|share| share.0),
         heading_within_5deg_ci95: heading.and_then(|share| share.1),
         coverage: coverage(trials, &anywhere, resamples, seed),
-        risk_coverage: risk_coverage(&anywhere),
+        risk_coverage_area_m: risk.as_ref().map(|risk| risk.area_m),
+        risk_coverage_area_m_ci95: risk.as_ref().and_then(|risk| risk.area_m_ci95),
+        risk_coverage: risk.map_or(Vec::new(), |risk| risk.rows),
         global,
         tracking,
     };
@@ -217,10 +227,12 @@ fn summary(trials: &[Trial], answers: &[Answers], context: &MethodContext) -> Tr
     let below_1m = mean_below_1m(&error_by_distance);
     let units = trials.iter().map(|trial| trial.unit);
     let found: Vec<(usize, bool)> = units.zip(converged.iter().map(Option::is_some)).collect();
-    let found = share(&found, resamples, context.seed());
+    let found = ClusteredMean::share(&found, resamples, context.seed());
     TrialSummary {
-        converged_fraction: found.map_or(0.0, |found| found.0),
-        converged_fraction_ci95: found.and_then(|found| found.1),
+        units: found.map_or(0, |found| found.units),
+        is_uncertain: found.is_none_or(|found| found.is_uncertain()),
+        converged_fraction: found.map_or(0.0, |found| found.mean),
+        converged_fraction_ci95: found.and_then(|found| found.ci95),
         distance_to_converge_m: median_distance_m(&converged),
         mean_error_below_1m_at_m: below_1m.map(|row| row.distance_m),
         mean_error_below_1m_trials: below_1m.map(|row| row.trials),

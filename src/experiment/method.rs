@@ -2,11 +2,14 @@
 
 use crate::{
     belief::OdometryMotion,
+    detector::Detector,
+    error::Result,
     learning::error_reduction::ErrorReduction,
     localiser::{Localiser, PreparedSensorModel, SensorModel},
+    recording::Recording,
 };
 use ndarray::Array2;
-use std::sync::Arc;
+use std::{sync::Arc, time::Instant};
 
 /// Someone who can be asked where the robot is.
 pub struct Method<'a> {
@@ -22,6 +25,8 @@ pub struct Method<'a> {
     pub other_bytes: usize,
     /// What the filter believes of odometry, where the configuration names nothing; `None`: as the first model learned.
     pub motion: Option<OdometryMotion>,
+    /// Milliseconds a snapshot took beforehand, where what the sensors say of all of them was worked out with the method.
+    pub ready_ms: f64,
     /// Power of its evidence, where it is known; `None`: it is tuned.
     pub evidence_scale: Option<f64>,
     /// Power of its evidence, where no sequence of the validation part is there to tune it on.
@@ -55,8 +60,34 @@ pub enum AnswersBy<'a> {
 pub struct FeatureAnswers {
     /// In all of the run.
     pub run: Array2<f32>,
+    /// Milliseconds that a snapshot of the run took.
+    pub ms_a_snapshot: f64,
     /// In all that the models learned from, where it is at hand.
     pub source: Option<Array2<f32>>,
+}
+
+impl FeatureAnswers {
+    /// What a detector answers on a run, and how long it took.
+    ///
+    /// # Errors
+    /// Where the recording lacks the detector's sensors.
+    pub fn of_run(detector: &dyn Detector, run: &Recording) -> Result<Self> {
+        let started = Instant::now();
+        let answers = detector.probabilities(run)?;
+        Ok(Self {
+            run: answers,
+            ms_a_snapshot: 1000.0 * started.elapsed().as_secs_f64() / run.len().max(1) as f64,
+            source: None,
+        })
+    }
+
+    /// The same with what it answered on all that the models learned from.
+    pub fn with_source(self, source: Array2<f32>) -> Self {
+        Self {
+            source: Some(source),
+            ..self
+        }
+    }
 }
 
 /// A method of which nothing else is known.
@@ -72,6 +103,7 @@ pub(super) fn method<'a>(
         bandwidth: None,
         bytes_per_place,
         other_bytes: 0,
+        ready_ms: 0.0,
         evidence_scale: None,
         usual_scale: 1.0,
         validation: None,

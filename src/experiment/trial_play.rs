@@ -4,7 +4,7 @@ use super::{
     convergence::Answers,
     method::{AnswersBy, Method},
     methods::MethodContext,
-    region_coverage::likelier_mass,
+    region_coverage::{likelier_mass, likelier_mass_of_places},
     risk_coverage::RIGHT_WITHIN_M,
     sequences::motion,
     trials::Trial,
@@ -12,7 +12,7 @@ use super::{
 use crate::{
     belief::{Belief, OdometryMotion, Places},
     error::{Error, Result},
-    geometry::{Pose, wrapped},
+    geometry::Pose,
     localiser::{
         BayesLocaliser, Estimate, Localiser, PreparedSensorModel, Step,
         sensor_model::{EvidenceScale, Scaled},
@@ -22,7 +22,11 @@ use crate::{
 use rayon::prelude::*;
 use std::{collections::BTreeSet, time::Instant};
 
-/// What a method answers in every trial.
+/// What a method answers in every trial. Of those that start anywhere some are played again for the time of their steps, one
+/// after the other, while nobody else plays.
+///
+/// # Errors
+/// Where the method could not be made, or fails.
 pub(super) fn answers(
     method: &Method,
     trials: &[Trial],
@@ -30,7 +34,10 @@ pub(super) fn answers(
     scale: Option<EvidenceScale>,
     known_start: bool,
 ) -> Result<Vec<Answers>> {
-    let sensor = |sensor: Option<&dyn PreparedSensorModel>| {
+    let started = Instant::now();
+    let ready_ms =
+        |snapshots: usize| started.elapsed().as_secs_f64() * 1e3 / snapshots.max(1) as f64;
+    let sensor = |sensor: Option<&dyn PreparedSensorModel>, ready_ms: f64| {
         let scaled = match (sensor, scale) {
             (Some(sensor), Some(scale)) => Some(Scaled::new(sensor, scale)),
             _ => None,
@@ -41,15 +48,17 @@ pub(super) fn answers(
             motion: motion(method, context),
             known_start,
         };
-        played(trials, |t, trial| filter.answers(t, trial))
+        let ready_ms = (!known_start).then_some(ready_ms);
+        played(trials, ready_ms, |t, trial| filter.answers(t, trial))
     };
     match &method.answers {
         AnswersBy::Nobody(fault) => Err(Error::work(fault.clone())),
-        AnswersBy::Odometry => sensor(None),
-        AnswersBy::PreparedSensor(prepared) => sensor(Some(prepared.as_ref())),
+        AnswersBy::Odometry => sensor(None, 0.0),
+        AnswersBy::PreparedSensor(prepared) => sensor(Some(prepared.as_ref()), method.ready_ms),
         AnswersBy::Sensor(model) => {
-            let prepared = model.prepare(context.parts.run, &context.parts.unseen)?;
-            sensor(Some(prepared.as_ref()))
+            let unseen = &context.parts.unseen;
+            let prepared = model.prepare(context.parts.run, unseen)?;
+            sensor(Some(prepared.as_ref()), ready_ms(unseen.len()))
         }
         AnswersBy::Localiser(localiser) => {
             by_localiser(localiser.as_ref(), trials, context, known_start)
@@ -57,13 +66,31 @@ pub(super) fn answers(
     }
 }
 
-/// Every trial with its number, in parallel; the answers in the order of the trials.
+/// Trials that are played again for their time.
+const TIMED_TRIALS: usize = 3;
+
+/// Every trial with its number, in parallel; the answers in the order of the trials. Where a time is given, what getting ready
+/// took a snapshot, a few trials are timed as well.
 fn played(
     trials: &[Trial],
+    ready_ms: Option<f64>,
     play: impl Fn(usize, &Trial) -> Result<Answers> + Sync,
 ) -> Result<Vec<Answers>> {
-    let trials = trials.par_iter().enumerate();
-    trials.map(|(t, trial)| play(t, trial)).collect()
+    let numbered = trials.par_iter().enumerate();
+    let answers = numbered.map(|(t, trial)| play(t, trial));
+    let mut answers = answers.collect::<Result<Vec<Answers>>>()?;
+    for answers in &mut answers {
+        answers.step_ms.clear(); // of steps that waited for those of other trials
+    }
+    let Some(ready_ms) = ready_ms else {
+        return Ok(answers);
+    };
+    let every = trials.len().div_ceil(TIMED_TRIALS).max(1);
+    for (t, trial) in trials.iter().enumerate().step_by(every) {
+        let alone = play(t, trial)?.step_ms;
+        answers[t].step_ms = alone.into_iter().map(|ms| ready_ms + ms).collect();
+    }
+    Ok(answers)
 }
 
 /// The grid Bayes filter with a method's sensor model, or with odometry alone.
@@ -108,8 +135,7 @@ impl Filter<'_> {
             answers.likelier_mass.push(likelier);
             if step + 1 == trial.snapshots.len() {
                 let is_plane = matches!(truths, Places::Plane(_));
-                let truth_rad = parts.run.poses()[k].heading_rad;
-                let error_rad = wrapped(belief.mode_heading_rad() - truth_rad).abs();
+                let error_rad = turn_rad(belief.mode_heading_rad(), &parts.run.poses()[k]);
                 answers.end_heading_error_rad = is_plane.then_some(error_rad);
                 answers.end_confidence = Some(belief.mass_within_m(cells, mode, RIGHT_WITHIN_M));
             }
@@ -134,9 +160,12 @@ fn by_localiser(
     let run = context.parts.run;
     let snapshots: BTreeSet<usize> = trials.iter().flat_map(|t| &t.snapshots).copied().collect();
     let snapshots: Vec<usize> = snapshots.into_iter().collect();
+    let started = Instant::now();
     let player = localiser.prepare(run, &snapshots)?;
+    let ready_ms = started.elapsed().as_secs_f64() * 1e3 / snapshots.len().max(1) as f64;
+    let ready_ms = (!known_start).then_some(ready_ms);
     let no_idea = Belief::uniform(context.grid.places())?;
-    played(trials, |number, trial| {
+    played(trials, ready_ms, |number, trial| {
         let start = run.poses()[trial.snapshots[0]];
         let start = (known_start && localiser.asks_for_the_start()).then_some(start);
         let started = Instant::now();
@@ -152,6 +181,11 @@ fn by_localiser(
         let mut answers = Answers {
             step_ms: vec![trial_ms / steps.len() as f64; steps.len()],
             end_confidence: steps.last().and_then(confidence),
+            end_heading_error_rad: steps.last().and_then(|step| {
+                let heading = step.heading_rad.filter(|_| is_answer(step))?;
+                let truth = &run.poses()[*trial.snapshots.last()?];
+                Some(turn_rad(heading, truth))
+            }),
             ..Answers::default()
         };
         for (&k, step) in trial.snapshots.iter().zip(&steps) {
@@ -163,9 +197,24 @@ fn by_localiser(
             });
             answers.expected_error_m.push(expected_m);
             answers.point_error_m.push(point_m);
+            if !known_start && !step.posterior.is_empty() {
+                let truth = &run.poses()[k];
+                let (at, square_m) = ([truth.x_m, truth.y_m], context.grid.cell_m());
+                let likelier = likelier_mass_of_places(&step.posterior, at, square_m);
+                answers.likelier_mass.push(likelier);
+            }
         }
         Ok(answers)
     })
+}
+
+/// Is there an answer at all?
+fn is_answer(step: &Step) -> bool {
+    step.estimate.is_some() || !step.posterior.is_empty()
+}
+
+fn turn_rad(heading_rad: f64, truth: &Pose) -> f64 {
+    Pose::new(0.0, 0.0, heading_rad).turn_rad(truth)
 }
 
 /// The place of a localiser's answer: its estimate, else the likeliest of its posterior; none where it has no answer.
@@ -183,8 +232,12 @@ fn estimate(step: &Step) -> Result<Option<[f64; 2]>> {
     }
 }
 
-/// Probability that a localiser gives to places within 1 m of its own estimate; none where it says nothing of how sure it is.
+/// Probability that a localiser gives to places within 1 m of its own estimate: 0 where it has no answer, none where it says
+/// nothing of how sure it is.
 fn confidence(step: &Step) -> Option<f64> {
+    if !is_answer(step) {
+        return Some(0.0);
+    }
     let at = estimate(step).ok()??;
     let is_near = |place: &[f64; 2]| (place[0] - at[0]).hypot(place[1] - at[1]) <= RIGHT_WITHIN_M;
     let near = step.posterior.iter().filter(|(place, _)| is_near(place));
@@ -213,11 +266,12 @@ mod tests {
         let step = |estimate: Option<[f64; 2]>, posterior: &[([f64; 2], f64)]| Step {
             estimate: estimate.map(Estimate::Place),
             posterior: posterior.to_vec(),
+            ..Step::default()
         };
         let posterior = [([0.0, 0.0], 0.5), ([0.9, 0.0], 0.25), ([3.0, 0.0], 0.25)];
         assert_eq!(confidence(&step(Some([3.0, 0.5]), &posterior)), Some(0.25));
         assert_eq!(confidence(&step(None, &posterior)), Some(0.75)); // of the likeliest place
         assert_eq!(confidence(&step(Some([0.0, 0.0]), &[])), None);
-        assert_eq!(confidence(&step(None, &[])), None);
+        assert_eq!(confidence(&step(None, &[])), Some(0.0));
     }
 }

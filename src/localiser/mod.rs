@@ -77,6 +77,8 @@ pub type Probable = ([f64; 2], f64);
 pub struct Step {
     /// Its answer; `None`: it knows no place that would fit.
     pub estimate: Option<Estimate>,
+    /// The heading that goes with it, in radians, in the frame of the recording's poses; `None` where it gives none.
+    pub heading_rad: Option<f64>,
     /// How probable it holds which places: probabilities sum to 1, a place may come more than once. Empty where the
     /// localiser has no such opinion.
     pub posterior: Vec<Probable>,

@@ -295,12 +295,16 @@ impl<'a> Robot<'a> {
             self.weigh(beams);
         }
         let posterior = self.particles.posterior();
-        let place = particles::heaviest_place(&posterior, self.monte_carlo.config.kld_bin_m);
+        let bin_m = self.monte_carlo.config.kld_bin_m;
+        let place = particles::heaviest_place(&posterior, bin_m);
+        // The particles whose mean the place is, or nearly: the place's bin and its neighbours.
+        let heading_rad = place.and_then(|place| self.particles.heading_about(place, 1.5 * bin_m));
         if !beams.is_empty() {
             self.draw_anew(stream);
         }
         Ok(Step {
             estimate: place.map(Estimate::Place),
+            heading_rad,
             posterior,
         })
     }

@@ -426,6 +426,7 @@ impl TrialRunner for (&Broken, &Recording) {
                 Step {
                     estimate: Some(Estimate::Place(place)),
                     posterior,
+                    ..Step::default()
                 }
             })
             .collect();

@@ -120,6 +120,19 @@ impl Particles {
         })
     }
 
+    /// The mean direction of the particles no farther than `radius_m` from a place, as unit vectors by their weights; none
+    /// where there are no such particles, or they cancel.
+    pub(super) fn heading_about(&self, place: [f64; 2], radius_m: f64) -> Option<f64> {
+        let (mut sin, mut cos) = (0.0, 0.0);
+        for (pose, weight) in self.poses.iter().zip(&self.weights) {
+            if (pose.x_m - place[0]).hypot(pose.y_m - place[1]) <= radius_m {
+                sin += weight * pose.heading_rad.sin();
+                cos += weight * pose.heading_rad.cos();
+            }
+        }
+        (sin.hypot(cos) > 0.0).then(|| sin.atan2(cos))
+    }
+
     /// The places of the particles that hold probability to speak of.
     pub(super) fn posterior(&self) -> Vec<Probable> {
         let least = NEGLIGIBLE * self.weights.iter().copied().fold(0.0, f64::max);
