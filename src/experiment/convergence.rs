@@ -28,8 +28,6 @@ pub struct Answers {
     pub point_error_m: Vec<f64>,
     /// Mass of the cells likelier than the truth's; empty where there is no belief.
     pub likelier_mass: Vec<f64>,
-    /// Milliseconds of wall clock that each answer took; empty where nobody timed it.
-    pub step_ms: Vec<f64>,
     /// How far the last answer's heading is from the true one, in [0, π]; none where it has no heading.
     pub end_heading_error_rad: Option<f64>,
     /// Mass within 1 m of the last point estimate: 0 where there is no answer, none where it comes without a belief.

@@ -22,6 +22,7 @@ use super::{
     region_coverage::coverage,
     risk_coverage::risk_coverage,
     sequences::{drawn, evidence_scale},
+    step_time::step_ms,
     trial_play::answers,
     trials::Trial,
 };
@@ -96,14 +97,12 @@ pub fn play(
             next: &method.title,
         });
         let (name, title) = (method.name.clone(), method.title.clone());
-        match result(context, method, &trials) {
-            Ok((result, answers)) => {
-                let spacing_m = context.config.spacing_m;
-                figures.push(FiguresOfTrials::new(&name, &trials, &answers, spacing_m));
-                timing
-                    .step_ms
-                    .extend(step_ms(&answers).map(|ms| (name, ms)));
-                results.push(result);
+        match played(context, method, &trials) {
+            Ok(played) => {
+                let (answers, spacing_m) = (&played.answers, context.config.spacing_m);
+                figures.push(FiguresOfTrials::new(&name, &trials, answers, spacing_m));
+                timing.step_ms.extend(played.step_ms.map(|ms| (name, ms)));
+                results.push(played.result);
             }
             // One that fails must not keep the others from playing.
             Err(fault) => left_out.push(LeftOut {
@@ -132,23 +131,20 @@ pub fn play(
     })
 }
 
-/// Median milliseconds a step, over the steps of all trials that were timed.
-fn step_ms(answers: &[Answers]) -> Option<f64> {
-    let steps = answers.iter().flat_map(|answers| &answers.step_ms);
-    let mut steps: Vec<f64> = steps.copied().collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied()
+/// What came of one method.
+struct Played {
+    result: MethodResult,
+    /// In the trials that start anywhere.
+    answers: Vec<Answers>,
+    /// Milliseconds a step.
+    step_ms: Option<f64>,
 }
 
-/// All figures of a method, and its answers in the trials that start anywhere.
-fn result(
-    context: &MethodContext,
-    method: Method,
-    trials: &[Trial],
-) -> Result<(MethodResult, Vec<Answers>)> {
+fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<Played> {
     let scale = evidence_scale(&method, context)?;
     let play = |known_start: bool| answers(&method, trials, context, scale, known_start);
     let (anywhere, known) = (play(false)?, play(true)?);
+    let step_ms = step_ms(&method, trials, context, scale)?;
     let (global, tracking) = (
         summary(trials, &anywhere, context),
         summary(trials, &known, context),
@@ -200,7 +196,11 @@ fn result(
         global,
         tracking,
     };
-    Ok((result, anywhere))
+    Ok(Played {
+        result,
+        answers: anywhere,
+        step_ms,
+    })
 }
 
 /// A pose as a robot holds it: three numbers in single precision; along a route one.
@@ -238,20 +238,5 @@ fn summary(trials: &[Trial], answers: &[Answers], context: &MethodContext) -> Tr
         mean_error_below_1m_trials: below_1m.map(|row| row.trials),
         mean_error_below_1m_is_uncertain: below_1m.is_some_and(Row::is_uncertain),
         error_by_distance,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_median_step_is_over_all_trials() {
-        let of = |step_ms: &[f64]| Answers {
-            step_ms: step_ms.to_vec(),
-            ..Answers::default()
-        };
-        assert_eq!(step_ms(&[of(&[9.0, 1.0]), of(&[2.0])]), Some(2.0));
-        assert_eq!(step_ms(&[]), None);
     }
 }

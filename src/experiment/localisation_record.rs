@@ -181,9 +181,9 @@ pub struct Record {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Timing {
-    /// By method, the median milliseconds from a snapshot's odometry and readings to the answer, in a few trials that start
-    /// anywhere, played one after the other while nobody else plays; of a whole localiser the mean over each trial's steps. What
-    /// is worked out for all snapshots before the trials counts a snapshot's share.
+    /// By method, the median milliseconds from a snapshot's odometry and readings to the answer: of the first twenty snapshots of
+    /// the first trial, from a start anywhere, played again on one thread while nobody else plays. What trials find worked out
+    /// for all snapshots is worked out for each; of a whole localiser it is the mean over these steps, getting ready included.
     pub step_ms: BTreeMap<String, f64>,
 }
 

@@ -1,5 +1,6 @@
 //! Whoever can be asked in localisation trials where the robot is, as a value.
 
+use super::stopwatch::ready_ms;
 use crate::{
     belief::OdometryMotion,
     detector::Detector,
@@ -9,7 +10,7 @@ use crate::{
     recording::Recording,
 };
 use ndarray::Array2;
-use std::{sync::Arc, time::Instant};
+use std::sync::Arc;
 
 /// Someone who can be asked where the robot is.
 pub struct Method<'a> {
@@ -25,7 +26,8 @@ pub struct Method<'a> {
     pub other_bytes: usize,
     /// What the filter believes of odometry, where the configuration names nothing; `None`: as the first model learned.
     pub motion: Option<OdometryMotion>,
-    /// Milliseconds a snapshot took beforehand, where what the sensors say of all of them was worked out with the method.
+    /// Milliseconds that a snapshot takes alone on one thread, where what the sensors say of all snapshots was worked out with
+    /// the method; its steps are timed with them.
     pub ready_ms: f64,
     /// Power of its evidence, where it is known; `None`: it is tuned.
     pub evidence_scale: Option<f64>,
@@ -60,23 +62,22 @@ pub enum AnswersBy<'a> {
 pub struct FeatureAnswers {
     /// In all of the run.
     pub run: Array2<f32>,
-    /// Milliseconds that a snapshot of the run took.
-    pub ms_a_snapshot: f64,
+    /// Milliseconds that a snapshot takes alone on one thread.
+    pub ready_ms: f64,
     /// In all that the models learned from, where it is at hand.
     pub source: Option<Array2<f32>>,
 }
 
 impl FeatureAnswers {
-    /// What a detector answers on a run, and how long it took.
+    /// What a detector answers on a run, and how long it takes for a snapshot.
     ///
     /// # Errors
     /// Where the recording lacks the detector's sensors.
     pub fn of_run(detector: &dyn Detector, run: &Recording) -> Result<Self> {
-        let started = Instant::now();
-        let answers = detector.probabilities(run)?;
+        let all: Vec<usize> = (0..run.len()).collect();
         Ok(Self {
-            run: answers,
-            ms_a_snapshot: 1000.0 * started.elapsed().as_secs_f64() / run.len().max(1) as f64,
+            run: detector.probabilities(run)?,
+            ready_ms: ready_ms(&all, |k| detector.detect(&run.observation(k)).map(drop))?,
             source: None,
         })
     }

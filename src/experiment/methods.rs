@@ -220,7 +220,7 @@ impl<'a> MethodContext<'a> {
         let validation = answers.source.as_ref().map(on_source);
         Ok(Method {
             held_out,
-            ready_ms: answers.ms_a_snapshot,
+            ready_ms: answers.ready_ms,
             validation: validation.map(|v| Arc::new(v) as Arc<dyn PreparedSensorModel>),
             ..method(
                 name,

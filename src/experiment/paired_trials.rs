@@ -16,6 +16,8 @@ use std::collections::BTreeMap;
 const ENUMERATED_UNITS: usize = 14;
 /// … of more, so many are drawn.
 const DRAWN: usize = 10_000;
+/// A difference of less p than this is more than chance.
+pub const SURE_P: f64 = 0.05;
 /// Sums that differ by less than this, relative to all there is to sum, differ by rounding only.
 const ROUNDING: f64 = 1e-12;
 
@@ -23,10 +25,10 @@ const ROUNDING: f64 = 1e-12;
 ///
 /// p is two-sided, of the hypothesis that both do equally well (Fisher, *The Design of Experiments*, 1935, §21): the share
 /// of all ways to flip the signs of the differences, those of one unit (run or stretch) together, that give a mean at
-/// least as far from 0. So p takes trials of one unit for one piece of evidence; with u units it is never below 2/2^u, and
-/// with five or fewer never below .05. It is null over fewer than ten trials or fewer than two units. Each of the three
-/// figures is a family of its own, corrected for the number of methods (Holm 1979). Means have 95 % intervals by bootstrap over runs or
-/// stretches.
+/// least as far from 0. So p takes trials of one unit for one piece of evidence: with u units it is never below 2/2^u, which
+/// of ten tests together leaves no corrected p below .05 with eight units or fewer; `note` says where that is so. p is null
+/// over fewer than ten trials or fewer than two units. Each of the three figures is a family of its own, corrected for the
+/// number of methods (Holm 1979). Means have 95 % intervals by bootstrap over runs or stretches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct PairedTest {
@@ -50,6 +52,9 @@ pub struct PairedTest {
     pub p: Option<f64>,
     /// The same, corrected.
     pub p_holm: Option<f64>,
+    /// The smallest corrected p that so few runs or stretches allow, whatever the differences are.
+    #[serde(default)]
+    pub least_p_holm: Option<f64>,
     /// Share of trials that converge: the method's less the first one's. Positive: the method is better.
     pub found_difference: Option<f64>,
     /// Its interval.
@@ -59,6 +64,9 @@ pub struct PairedTest {
     pub p_found: Option<f64>,
     /// The same, corrected.
     pub p_found_holm: Option<f64>,
+    /// The smallest that this can be, and `p_distance_holm` as well.
+    #[serde(default)]
+    pub least_p_found_holm: Option<f64>,
     /// Mean metres until a trial converges, or to its end where it never does: the method's less the first one's. Negative: the
     /// method is better.
     #[serde(default)]
@@ -72,6 +80,29 @@ pub struct PairedTest {
     /// The same, corrected.
     #[serde(default)]
     pub p_distance_holm: Option<f64>,
+    /// Where there are too few runs or stretches for any corrected p below .05, or for any p: that.
+    #[serde(default)]
+    pub note: Option<String>,
+}
+
+impl PairedTest {
+    /// Could no difference, however large, have a corrected p below .05? Of found trials and of metres until found.
+    pub fn is_too_few(&self) -> bool {
+        self.least_p_found_holm.is_none_or(|p| p >= SURE_P)
+    }
+
+    /// What `note` says.
+    fn in_words(&self) -> Option<String> {
+        let without = |least_p: Option<f64>| least_p.is_none_or(|p| p >= SURE_P);
+        let whose = match (without(self.least_p_holm), self.is_too_few()) {
+            (_, true) => "any corrected p",
+            (true, false) => "a corrected p of error_difference_m",
+            (false, false) => return None,
+        };
+        Some(format!(
+            "too few runs or stretches for {whose} below {SURE_P}"
+        ))
+    }
 }
 
 /// What is compared of a method.
@@ -122,8 +153,10 @@ pub(super) fn paired_tests(
         let of = |other| Difference::of(trials, figure(other), figure(first), resamples, seed);
         let mut family: Vec<Difference> = others.iter().map(of).collect();
         let p: Vec<Option<f64>> = family.iter().map(|difference| difference.p).collect();
+        let tests = p.iter().flatten().count() as f64;
         for (difference, corrected) in family.iter_mut().zip(holm(&p)) {
             difference.p_holm = corrected;
+            difference.least_p_holm = difference.least_p.map(|p| (tests * p).min(1.0));
         }
         family
     };
@@ -131,7 +164,7 @@ pub(super) fn paired_tests(
     let found = tested(|method| &method.found);
     let distance = tested(|method| &method.distance_m);
     let all = others.iter().zip(error).zip(found).zip(distance);
-    all.map(|(((other, error), found), distance)| PairedTest {
+    let tests = all.map(|(((other, error), found), distance)| PairedTest {
         name: other.name.clone(),
         against: first.name.clone(),
         trials: trials.len(),
@@ -140,16 +173,23 @@ pub(super) fn paired_tests(
         error_difference_m_ci95: error.mean.and_then(|mean| mean.ci95),
         p: error.p,
         p_holm: error.p_holm,
+        least_p_holm: error.least_p_holm,
         found_difference: found.mean.map(|mean| mean.mean),
         found_difference_ci95: found.mean.and_then(|mean| mean.ci95),
         p_found: found.p,
         p_found_holm: found.p_holm,
+        least_p_found_holm: found.least_p_holm,
         distance_difference_m: distance.mean.map(|mean| mean.mean),
         distance_difference_m_ci95: distance.mean.and_then(|mean| mean.ci95),
         p_distance: distance.p,
         p_distance_holm: distance.p_holm,
-    })
-    .collect()
+        note: None,
+    });
+    let noted = |test: PairedTest| PairedTest {
+        note: test.in_words(),
+        ..test
+    };
+    tests.map(noted).collect()
 }
 
 /// One figure of two methods.
@@ -158,6 +198,9 @@ struct Difference {
     mean: Option<ClusteredMean>,
     p: Option<f64>,
     p_holm: Option<f64>,
+    /// The smallest that p can be over so many runs or stretches.
+    least_p: Option<f64>,
+    least_p_holm: Option<f64>,
 }
 
 impl Difference {
@@ -183,6 +226,8 @@ impl Difference {
             mean,
             p: is_tested.then(|| sign_flip_p(&sums, seed)),
             p_holm: None,
+            least_p: is_tested.then(|| least_p(sums.len())),
+            least_p_holm: None,
         }
     }
 }
@@ -205,6 +250,14 @@ fn sign_flip_p(sums: &[f64], seed: Seed) -> f64 {
     let mut random = seed.stream("signs of units");
     let as_far = (0..DRAWN).filter(|_| is_as_far(&mut |_| random.random()));
     (1 + as_far.count()) as f64 / (1 + DRAWN) as f64
+}
+
+/// The p of units that all differ to the same side: two ways to flip signs are as far.
+fn least_p(units: usize) -> f64 {
+    if units <= ENUMERATED_UNITS {
+        return 2.0 / (1_usize << units) as f64;
+    }
+    1.0 / (1 + DRAWN) as f64
 }
 
 #[cfg(test)]
@@ -295,6 +348,39 @@ mod tests {
         assert_eq!((tests[0].error_difference_m, tests[0].p), (None, None));
         assert_eq!(tests[0].found_difference, Some(0.0));
         assert!(paired_tests(&[], &short, 200, Seed(1)).is_empty());
+    }
+
+    /// Of two tests over six stretches no corrected p is below 2 · 2/64 = .0625; over seven it can be 2 · 2/128 = .03125.
+    #[test]
+    fn too_few_stretches_for_a_small_p_are_noted() {
+        let tested = |units: usize, long: usize| {
+            let mut trials = trials(units);
+            let short = trials.iter_mut().skip(2 * long);
+            short.for_each(|trial| trial.travelled_m.truncate(15)); // 7 m
+            let all = ["a", "b", "c"].map(|name| method(name, &trials, 0.5, 0.1));
+            paired_tests(&all, &trials, 200, Seed(1)).remove(0)
+        };
+        let six = tested(6, 6);
+        assert_eq!(six.least_p_found_holm, Some(0.0625));
+        assert!(six.is_too_few());
+        let note = "too few runs or stretches for any corrected p below 0.05";
+        assert_eq!(six.note.as_deref(), Some(note));
+        let seven = tested(7, 7);
+        let least = (seven.least_p_holm, seven.least_p_found_holm);
+        assert_eq!(least, (Some(0.03125), Some(0.03125)));
+        assert!(seven.note.is_none() && !seven.is_too_few());
+        // Trials of 10 m in six of seven stretches alone.
+        let mixed = tested(7, 6);
+        let least = (mixed.least_p_holm, mixed.least_p_found_holm);
+        assert_eq!(least, (Some(0.0625), Some(0.03125)));
+        let note = "too few runs or stretches for a corrected p of error_difference_m below 0.05";
+        assert_eq!(mixed.note.as_deref(), Some(note));
+        // Too few for any p.
+        let four = tested(2, 2);
+        assert_eq!((four.p_found, four.least_p_found_holm), (None, None));
+        assert!(four.note.is_some());
+        assert_eq!(least_p(15), 1.0 / 10_001.0);
+        assert_eq!(least_p(3), sign_flip_p(&[1.0, 2.0, 3.0], Seed(1)));
     }
 
     /// ±4 ±1 ±2 is at least as far from 0 as 4 + 1 − 2 in six of eight ways: 7, 3 and 5, and their negatives.

@@ -20,10 +20,9 @@ use crate::{
     seed::Stream,
 };
 use rayon::prelude::*;
-use std::{collections::BTreeSet, time::Instant};
+use std::collections::BTreeSet;
 
-/// What a method answers in every trial. Of those that start anywhere some are played again for the time of their steps, one
-/// after the other, while nobody else plays.
+/// What a method answers in every trial.
 ///
 /// # Errors
 /// Where the method could not be made, or fails.
@@ -34,10 +33,7 @@ pub(super) fn answers(
     scale: Option<EvidenceScale>,
     known_start: bool,
 ) -> Result<Vec<Answers>> {
-    let started = Instant::now();
-    let ready_ms =
-        |snapshots: usize| started.elapsed().as_secs_f64() * 1e3 / snapshots.max(1) as f64;
-    let sensor = |sensor: Option<&dyn PreparedSensorModel>, ready_ms: f64| {
+    let sensor = |sensor: Option<&dyn PreparedSensorModel>| {
         let scaled = match (sensor, scale) {
             (Some(sensor), Some(scale)) => Some(Scaled::new(sensor, scale)),
             _ => None,
@@ -48,17 +44,15 @@ pub(super) fn answers(
             motion: motion(method, context),
             known_start,
         };
-        let ready_ms = (!known_start).then_some(ready_ms);
-        played(trials, ready_ms, |t, trial| filter.answers(t, trial))
+        played(trials, |t, trial| filter.answers(t, trial))
     };
     match &method.answers {
         AnswersBy::Nobody(fault) => Err(Error::work(fault.clone())),
-        AnswersBy::Odometry => sensor(None, 0.0),
-        AnswersBy::PreparedSensor(prepared) => sensor(Some(prepared.as_ref()), method.ready_ms),
+        AnswersBy::Odometry => sensor(None),
+        AnswersBy::PreparedSensor(prepared) => sensor(Some(prepared.as_ref())),
         AnswersBy::Sensor(model) => {
-            let unseen = &context.parts.unseen;
-            let prepared = model.prepare(context.parts.run, unseen)?;
-            sensor(Some(prepared.as_ref()), ready_ms(unseen.len()))
+            let prepared = model.prepare(context.parts.run, &context.parts.unseen)?;
+            sensor(Some(prepared.as_ref()))
         }
         AnswersBy::Localiser(localiser) => {
             by_localiser(localiser.as_ref(), trials, context, known_start)
@@ -66,31 +60,13 @@ pub(super) fn answers(
     }
 }
 
-/// Trials that are played again for their time.
-const TIMED_TRIALS: usize = 3;
-
-/// Every trial with its number, in parallel; the answers in the order of the trials. Where a time is given, what getting ready
-/// took a snapshot, a few trials are timed as well.
+/// Every trial with its number, in parallel; the answers in the order of the trials.
 fn played(
     trials: &[Trial],
-    ready_ms: Option<f64>,
     play: impl Fn(usize, &Trial) -> Result<Answers> + Sync,
 ) -> Result<Vec<Answers>> {
-    let numbered = trials.par_iter().enumerate();
-    let answers = numbered.map(|(t, trial)| play(t, trial));
-    let mut answers = answers.collect::<Result<Vec<Answers>>>()?;
-    for answers in &mut answers {
-        answers.step_ms.clear(); // of steps that waited for those of other trials
-    }
-    let Some(ready_ms) = ready_ms else {
-        return Ok(answers);
-    };
-    let every = trials.len().div_ceil(TIMED_TRIALS).max(1);
-    for (t, trial) in trials.iter().enumerate().step_by(every) {
-        let alone = play(t, trial)?.step_ms;
-        answers[t].step_ms = alone.into_iter().map(|ms| ready_ms + ms).collect();
-    }
-    Ok(answers)
+    let trials = trials.par_iter().enumerate();
+    trials.map(|(t, trial)| play(t, trial)).collect()
 }
 
 /// The grid Bayes filter with a method's sensor model, or with odometry alone.
@@ -119,10 +95,8 @@ impl Filter<'_> {
         let mut answers = Answers::default();
         for (step, &k) in trial.snapshots.iter().enumerate() {
             let observation = parts.run.observation(k);
-            let started = Instant::now();
             let belief = robot.observe(k, &observation)?;
             let mode = belief.mode();
-            answers.step_ms.push(started.elapsed().as_secs_f64() * 1e3);
             let (cells, truths) = (grid.places(), &parts.places);
             let expected_m = belief.expected_error_m(truths, k);
             answers.expected_error_m.push(expected_m);
@@ -160,17 +134,12 @@ fn by_localiser(
     let run = context.parts.run;
     let snapshots: BTreeSet<usize> = trials.iter().flat_map(|t| &t.snapshots).copied().collect();
     let snapshots: Vec<usize> = snapshots.into_iter().collect();
-    let started = Instant::now();
     let player = localiser.prepare(run, &snapshots)?;
-    let ready_ms = started.elapsed().as_secs_f64() * 1e3 / snapshots.len().max(1) as f64;
-    let ready_ms = (!known_start).then_some(ready_ms);
     let no_idea = Belief::uniform(context.grid.places())?;
-    played(trials, ready_ms, |number, trial| {
+    played(trials, |number, trial| {
         let start = run.poses()[trial.snapshots[0]];
         let start = (known_start && localiser.asks_for_the_start()).then_some(start);
-        let started = Instant::now();
         let steps = player.play(&trial.snapshots, start, &mut stream(context, number))?;
-        let trial_ms = started.elapsed().as_secs_f64() * 1e3;
         if steps.len() != trial.snapshots.len() {
             return Err(Error::work(format!(
                 "{} answers to a trial of {} snapshots; expected one each",
@@ -179,7 +148,6 @@ fn by_localiser(
             )));
         }
         let mut answers = Answers {
-            step_ms: vec![trial_ms / steps.len() as f64; steps.len()],
             end_confidence: steps.last().and_then(confidence),
             end_heading_error_rad: steps.last().and_then(|step| {
                 let heading = step.heading_rad.filter(|_| is_answer(step))?;

@@ -1,9 +1,9 @@
 //! The first method against the best of those that learn nothing, in words.
 
-use crate::experiment::localisation::{PairedTest, Record};
-
-/// A difference of less than this p is more than chance.
-const SURE_P: f64 = 0.05;
+use crate::experiment::{
+    localisation::{PairedTest, Record},
+    paired_trials::SURE_P,
+};
 
 /// Does the first method find the robot sooner than the rival that finds it soonest? None where there is no such rival.
 pub(super) fn in_words(record: &Record) -> Option<String> {
@@ -24,15 +24,19 @@ pub(super) fn in_words(record: &Record) -> Option<String> {
         _ => "after as many metres".to_string(),
     };
     let chance = match best.p_distance_holm {
+        _ if best.is_too_few() => format!("too few of these for any p below {SURE_P}"),
         Some(p) if p < 0.001 => "p < 0.001".to_string(),
-        Some(p) if p <= SURE_P => format!("p = {p:.3}"),
+        Some(p) if p < SURE_P => format!("p = {p:.3}"),
         Some(p) => format!("p = {p:.2}: it may be chance"),
-        None => "too few to tell it from chance".to_string(),
+        None => "no p".to_string(),
+    };
+    let units = match best.units {
+        1 => "a single run or stretch".to_string(),
+        n => format!("{n} runs or stretches"),
     };
     Some(format!(
-        "{first} against {second}: the robot is found {found},\n  on average of {} trials in {} runs or \
-         stretches; {chance}",
-        best.trials, best.units
+        "{first} against {second}: the robot is found {found},\n  on average of {} trials in {units}; {chance}",
+        best.trials
     ))
 }
 
@@ -69,7 +73,7 @@ mod tests {
     fn test(name: &str, difference_m: f64, p: Option<f64>) -> Value {
         json!({
             "name": name, "against": "learned", "trials": 20, "units": 7,
-            "distance_difference_m": difference_m, "p_distance_holm": p,
+            "distance_difference_m": difference_m, "p_distance_holm": p, "least_p_found_holm": p.map(|_| 0.0001),
         })
     }
 
@@ -90,8 +94,16 @@ mod tests {
         );
         assert!(words(1.0, Some(0.25)).ends_with("p = 0.25: it may be chance"));
         assert!(words(1.0, Some(0.0001)).contains("1.0 m sooner,"));
-        assert!(words(1.0, None).ends_with("too few to tell it from chance"));
+        assert!(words(1.0, None).ends_with("too few of these for any p below 0.05"));
         assert!(words(7.0, None).contains("against occupancy map"));
+        let mut few = test("map", 2.0, Some(0.06));
+        few["least_p_found_holm"] = json!(0.06);
+        few["units"] = json!(1);
+        assert_eq!(
+            in_words(&record(&json!([few]))).unwrap(),
+            "4 learned features against occupancy map: the robot is found 2.0 m sooner,\n  on average of 20 trials in a \
+             single run or stretch; too few of these for any p below 0.05"
+        );
         assert_eq!(
             in_words(&record(&json!([test("learned_bits", 1.0, None)]))),
             None

@@ -141,6 +141,9 @@ pub fn paired(record: &Record) -> Table {
         "distance_difference_m_high95",
         "trials",
         "units",
+        "least_p_holm",
+        "least_p_found_holm",
+        "note",
     ]);
     for test in &record.paired_tests {
         let mut cells = vec![
@@ -165,6 +168,8 @@ pub fn paired(record: &Record) -> Table {
             cells.extend(ends.map(|end| Cell::number(end, 4)));
         }
         cells.extend([test.trials, test.units].map(|n| Cell::Count(n as u64)));
+        cells.extend([test.least_p_holm, test.least_p_found_holm].map(|p| Cell::number(p, 6)));
+        cells.push(test.note.clone().map_or(Cell::Missing, Cell::Text));
         table.row(cells);
     }
     table
