@@ -5,6 +5,7 @@ use super::{
     methods::MethodContext,
     sequences::motion,
     stopwatch::{median, ms_since, on_one_thread},
+    trial_play::scaled,
     trials::Trial,
 };
 use crate::{
@@ -49,7 +50,9 @@ pub(super) fn step_ms(
             recording: context.parts.run,
         })),
         AnswersBy::Localiser(localiser) => {
-            localiser_ms(localiser.as_ref(), snapshots, context).map(Some)
+            let scaled = scaled(localiser.as_ref(), scale);
+            let localiser = scaled.as_deref().unwrap_or(localiser.as_ref());
+            localiser_ms(localiser, snapshots, context).map(Some)
         }
     })?
 }

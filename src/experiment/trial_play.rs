@@ -55,9 +55,19 @@ pub(super) fn answers(
             sensor(Some(prepared.as_ref()))
         }
         AnswersBy::Localiser(localiser) => {
-            by_localiser(localiser.as_ref(), trials, context, known_start)
+            let scaled = scaled(localiser.as_ref(), scale);
+            let localiser = scaled.as_deref().unwrap_or(localiser.as_ref());
+            by_localiser(localiser, trials, context, known_start)
         }
     }
+}
+
+/// A localiser with its evidence as tuned; none where that is not for others to say.
+pub(super) fn scaled(
+    localiser: &dyn Localiser,
+    scale: Option<EvidenceScale>,
+) -> Option<Box<dyn Localiser + '_>> {
+    localiser.with_evidence_scale(scale?.scale)
 }
 
 /// Every trial with its number, in parallel; the answers in the order of the trials.

@@ -105,6 +105,17 @@ pub trait Localiser: Send + Sync {
         !self.asks_for_the_start()
     }
 
+    /// Power that it takes the likelihood of what its sensors say to; `None` where it has no such constant.
+    fn evidence_scale(&self) -> Option<f64> {
+        None
+    }
+
+    /// The same localiser with another such power, for whoever tunes it; `None` where there is none, or its constants state it.
+    fn with_evidence_scale(&self, scale: f64) -> Option<Box<dyn Localiser + '_>> {
+        let _ = scale;
+        None
+    }
+
     /// Does it never look at its sensors? Then, once its estimate is outside of all mapped places, it counts as outside
     /// for the rest of the trial (D98 7.1).
     fn is_blind(&self) -> bool {
