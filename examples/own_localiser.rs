@@ -146,7 +146,7 @@ impl TrialRunner for Tracker<'_> {
             last = best.map(|place| (k, place)).or(last);
             steps.push(Step {
                 estimate: best.map(Estimate::Place),
-                posterior: Vec::new(), // no opinion on how sure it is
+                ..Step::default() // no heading, and no opinion on how sure it is
             });
         }
         Ok(steps)

@@ -165,6 +165,8 @@ pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Resul
     write_text(&folder.join("paired.csv"), &tables::paired(record).csv())?;
     let anywhere = tables::error_plot(&format!("{title}: start anywhere"), record, false)?;
     write_text(&folder.join("error_by_distance.svg"), &anywhere)?;
+    let risk = tables::risk_coverage_plot(&format!("{title}: start anywhere"), record)?;
+    write_text(&folder.join("risk_coverage.svg"), &risk)?;
     let known = tables::error_plot(&format!("{title}: start known"), record, true)?;
     write_text(&folder.join("tracking_error.svg"), &known)
 }

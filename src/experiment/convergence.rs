@@ -1,7 +1,10 @@
 //! When a robot has found out where it is, and error curves over distance with their confidence.
 
 use super::trials::Trial;
-use crate::seed::Seed;
+use crate::{
+    score::{ClusteredMean, FEW, percentiles},
+    seed::Seed,
+};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -23,13 +26,11 @@ pub struct Answers {
     pub expected_error_m: Vec<f64>,
     /// Distance from the truth to the belief's mode, in metres.
     pub point_error_m: Vec<f64>,
-    /// Mass of the cells likelier than the truth's; empty where there is no belief over cells.
+    /// Mass of the cells likelier than the truth's; empty where there is no belief.
     pub likelier_mass: Vec<f64>,
-    /// Milliseconds of wall clock that each answer took.
-    pub step_ms: Vec<f64>,
     /// How far the last answer's heading is from the true one, in [0, π]; none where it has no heading.
     pub end_heading_error_rad: Option<f64>,
-    /// Mass within 1 m of the last point estimate; none where the answer comes without a belief.
+    /// Mass within 1 m of the last point estimate: 0 where there is no answer, none where it comes without a belief.
     pub end_confidence: Option<f64>,
 }
 
@@ -45,17 +46,17 @@ pub struct Row {
     pub point_error_m: f64,
     /// 95 % interval of the mean expected error, by bootstrap over runs or stretches; none where only one goes this far.
     pub ci95_m: Option<[f64; 2]>,
+    /// 95 % interval of the mean point error, from the same drawings.
+    #[serde(default)]
+    pub point_ci95_m: Option<[f64; 2]>,
     /// Number of trials that go this far.
     pub trials: usize,
 }
 
-/// With fewer trials than this a mean is marked as uncertain.
-const FEW_TRIALS: usize = 10;
-
 impl Row {
     /// Is the mean over fewer than ten trials, or over those of a single run or stretch?
     pub fn is_uncertain(&self) -> bool {
-        self.trials < FEW_TRIALS || self.ci95_m.is_none()
+        self.trials < FEW || self.ci95_m.is_none()
     }
 }
 
@@ -115,7 +116,7 @@ pub fn error_curve(
     for step in 0..=(longest / spacing_m + 1e-9) as usize {
         let distance_m = step as f64 * spacing_m;
         // Errors of the trials that go this far, by what is resampled.
-        let mut units: BTreeMap<usize, (f64, f64, usize)> = BTreeMap::new();
+        let mut units: BTreeMap<usize, Sums> = BTreeMap::new();
         for (trial, answers) in trials.iter().zip(answers) {
             if let Some(latest) = latest_at(trial, distance_m, spacing_m) {
                 let sums = units.entry(trial.unit).or_default();
@@ -124,37 +125,37 @@ pub fn error_curve(
                 sums.2 += 1;
             }
         }
-        let sums: Vec<(f64, f64, usize)> = units.into_values().collect();
+        let sums: Vec<Sums> = units.into_values().collect();
         let count: usize = sums.iter().map(|s| s.2).sum();
         if count == 0 {
             break;
         }
-        let mut means: Vec<f64> = (0..resamples)
-            .map(|_| {
-                let draw = (0..sums.len()).map(|_| sums[random.random_range(0..sums.len())]);
-                let (total, n) = draw.fold((0.0, 0), |(total, n), s| (total + s.0, n + s.2));
-                total / n as f64
-            })
-            .collect();
-        means.sort_by(f64::total_cmp);
-        let quantile = |q: f64| {
-            means
-                .get(((means.len() as f64 - 1.0) * q).round() as usize)
-                .copied()
-        };
-        let mean = sums.iter().map(|s| s.0).sum::<f64>() / count as f64;
+        let drawn = (0..resamples).map(|_| {
+            let draw = (0..sums.len()).map(|_| sums[random.random_range(0..sums.len())]);
+            let sum = |a: Sums, b: Sums| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
+            means(draw.fold((0.0, 0.0, 0), sum))
+        });
+        let (expected, point): (Vec<f64>, Vec<f64>) = drawn.unzip();
+        let ci95 = |drawn: Vec<f64>| percentiles(drawn).filter(|_| sums.len() > 1);
+        let total = |value: fn(&Sums) -> f64| sums.iter().map(value).sum::<f64>();
+        let (expected_error_m, point_error_m) = means((total(|s| s.0), total(|s| s.1), count));
         rows.push(Row {
             distance_m,
-            expected_error_m: mean,
-            point_error_m: sums.iter().map(|s| s.1).sum::<f64>() / count as f64,
-            ci95_m: quantile(0.025)
-                .zip(quantile(0.975))
-                .filter(|_| sums.len() > 1)
-                .map(|(low, high)| [low, high]),
+            expected_error_m,
+            point_error_m,
+            ci95_m: ci95(expected),
+            point_ci95_m: ci95(point),
             trials: count,
         });
     }
     rows
+}
+
+/// Expected and point errors of some trials together, in metres, and how many trials.
+type Sums = (f64, f64, usize);
+
+fn means((expected_m, point_m, trials): Sums) -> (f64, f64) {
+    (expected_m / trials as f64, point_m / trials as f64)
 }
 
 /// The latest snapshot of a trial at this distance from its start; none where the trial ends before, by more than half
@@ -172,36 +173,8 @@ pub fn share(
     resamples: usize,
     seed: Seed,
 ) -> Option<(f64, Option<[f64; 2]>)> {
-    let mut units: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
-    for &(unit, is_so) in of {
-        let counts = units.entry(unit).or_default();
-        counts.0 += usize::from(is_so);
-        counts.1 += 1;
-    }
-    let counts: Vec<(usize, usize)> = units.into_values().collect();
-    let ratio = |draw: &mut dyn Iterator<Item = (usize, usize)>| {
-        let (so, all) = draw.fold((0, 0), |sum, c| (sum.0 + c.0, sum.1 + c.1));
-        so as f64 / all as f64
-    };
-    if counts.is_empty() {
-        return None;
-    }
-    let mut random = seed.stream("bootstrap of shares");
-    let mut drawn: Vec<f64> = (0..resamples)
-        .map(|_| {
-            let mut draw = (0..counts.len()).map(|_| counts[random.random_range(0..counts.len())]);
-            ratio(&mut draw)
-        })
-        .collect();
-    drawn.sort_by(f64::total_cmp);
-    let quantile = |q: f64| drawn.get(((drawn.len() as f64 - 1.0) * q).round() as usize);
-    let interval = quantile(0.025).zip(quantile(0.975));
-    Some((
-        ratio(&mut counts.iter().copied()),
-        interval
-            .filter(|_| counts.len() > 1)
-            .map(|(&low, &high)| [low, high]),
-    ))
+    let share = ClusteredMean::share(of, resamples, seed)?;
+    Some((share.mean, share.ci95))
 }
 
 /// First row at which the mean curve is under 1 m; `None` where it never is.
@@ -290,6 +263,10 @@ mod tests {
         let means: Vec<f64> = curve.iter().map(|row| row.expected_error_m).collect();
         assert_eq!(means, [6.0, 3.0, 1.0]);
         assert_eq!(curve[0].ci95_m, Some([4.0, 8.0]));
+        assert_eq!(
+            (curve[0].point_error_m, curve[0].point_ci95_m),
+            (0.3, Some([0.3, 0.3]))
+        );
         assert_eq!(curve[2].ci95_m, None); // two stretches: the bootstrap sees one alone often enough
         assert_eq!((curve[1].trials, curve[2].trials), (2, 1));
         assert_eq!(mean_below_1m(&curve), None);

@@ -23,6 +23,13 @@ pub struct SuccessAtEnd {
     pub share: f64,
     /// Its 95 % interval, by bootstrap over runs or stretches; null where there is only one.
     pub share_ci95: Option<[f64; 2]>,
+    /// Share of all trials that end with the heading within 5° of the true one as well; null along a route, and of whole
+    /// localisers whose answers have no heading.
+    #[serde(default)]
+    pub share_within_5deg: Option<f64>,
+    /// Its interval.
+    #[serde(default)]
+    pub share_within_5deg_ci95: Option<[f64; 2]>,
 }
 
 /// The shares within each of [`WITHIN_M`]; empty where there is no trial.
@@ -40,33 +47,43 @@ pub fn success_at_end(
             .zip(answers)
             .map(|(trial, answers)| (trial.unit, is_near(answers)))
             .collect();
+        let both = turned_right(trials, answers).map(|turned| {
+            let both = hits.iter().zip(turned);
+            both.map(|(&(unit, near), (_, turned))| (unit, near && turned))
+        });
+        let both = both.and_then(|both| share(&both.collect::<Vec<_>>(), resamples, seed));
         let (share, share_ci95) = share(&hits, resamples, seed)?;
         Some(SuccessAtEnd {
             within_m: metres,
             share,
             share_ci95,
+            share_within_5deg: both.map(|both| both.0),
+            share_within_5deg_ci95: both.and_then(|both| both.1),
         })
     };
     WITHIN_M.into_iter().filter_map(within).collect()
 }
 
 /// Share of the trials whose answer after the last snapshot is turned from the true heading by at most 5°, with its
-/// interval; `None` where no answer has a heading: along a route, or of a whole localiser.
+/// interval; `None` where no answer has a heading: along a route, or of a whole localiser that gives none.
 pub fn heading_success(
     trials: &[Trial],
     answers: &[Answers],
     resamples: usize,
     seed: Seed,
 ) -> Option<(f64, Option<[f64; 2]>)> {
-    let hits: Option<Vec<(usize, bool)>> = trials
-        .iter()
-        .zip(answers)
-        .map(|(trial, answers)| {
-            let error = answers.end_heading_error_rad?.to_degrees();
-            Some((trial.unit, error <= HEADING_WITHIN_DEG))
-        })
-        .collect();
-    share(&hits?, resamples, seed)
+    share(&turned_right(trials, answers)?, resamples, seed)
+}
+
+/// Of each trial its unit, and does it end within 5°; a trial without an answer does not. `None` where no answer has a heading.
+fn turned_right(trials: &[Trial], answers: &[Answers]) -> Option<Vec<(usize, bool)>> {
+    let errors = || answers.iter().map(|answers| answers.end_heading_error_rad);
+    let is_right = |error: f64| error.to_degrees() <= HEADING_WITHIN_DEG;
+    let hits = trials.iter().zip(errors());
+    let hits = hits.map(|(trial, error)| (trial.unit, error.is_some_and(is_right)));
+    errors()
+        .any(|error| error.is_some())
+        .then(|| hits.collect())
 }
 
 #[cfg(test)]
@@ -111,7 +128,13 @@ mod tests {
             heading_success(&trials, &all, 500, Seed(1)),
             Some((0.5, Some([0.0, 1.0])))
         );
+        let both: Vec<f64> = rows.iter().map(|r| r.share_within_5deg.unwrap()).collect();
+        assert_eq!(both, [0.25, 0.5, 0.5, 0.5]); // 0.9 m is near enough, 5.1° is not
         assert_eq!(success_at_end(&[], &[], 500, Seed(1)), []);
+        // No answer at the end is no success.
+        let some = [answers(0.1, Some(1.0)), answers(9.0, None)];
+        let found = heading_success(&[trial(0), trial(0)], &some, 10, Seed(1));
+        assert_eq!(found, Some((0.5, None)));
     }
 
     #[test]
@@ -119,5 +142,7 @@ mod tests {
         let all = [answers(0.1, None), answers(0.1, None)];
         let found = heading_success(&[trial(0), trial(1)], &all, 10, Seed(1));
         assert_eq!(found, None);
+        let rows = success_at_end(&[trial(0), trial(1)], &all, 10, Seed(1));
+        assert!(rows[0].share == 1.0 && rows[0].share_within_5deg.is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! How sharply answers count: constants of a likelihood, chosen on the validation part and never on what is judged.
 //!
 //! Readings of one snapshot are not independent of each other, nor are snapshots of one place. So every method's evidence
-//! has a power ([`EvidenceScale`]), the same way for all: the one under which the Bayes filter, run over whole sequences of
+//! has a power ([`EvidenceScale`]), the same way for all: the one under which its filter, run over whole sequences of
 //! the validation part, gives the truth the least negative log likelihood.
 
 use super::{
@@ -11,8 +11,9 @@ use super::{
 use crate::{
     belief::{Belief, Grid, OdometryMotion, Places, Uncertainty},
     error::Result,
+    geometry::Pose,
     localiser::{
-        BayesLocaliser, PreparedSensorModel,
+        BayesLocaliser, Localiser, PreparedSensorModel, Step,
         sensor_model::{EvidenceScale, Scaled},
     },
     recording::Recording,
@@ -20,12 +21,15 @@ use crate::{
 };
 use ndarray::ArrayView2;
 use rayon::prelude::*;
-use std::{f64::consts::SQRT_2, sync::Arc};
+use std::{collections::BTreeSet, f64::consts::SQRT_2, sync::Arc};
 
 /// Powers that evidence is tuned over.
 pub const SCALES: [f64; 10] = [
     8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625,
 ];
+
+/// Those of whole localisers, which take longer: between them lies what particles can do with.
+const SCALES_OF_LOCALISERS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
 /// A belief within this distance of the truth is right, in metres. A single cell would ask for more than a grid can say: where
 /// the truth lies on a border between cells, a sharp belief takes the wrong one, and every evidence would seem too sharp.
@@ -33,6 +37,20 @@ const NEAR_M: f64 = 0.5;
 
 /// Least likelihood of the truth that counts.
 const LEAST: f64 = 1e-9;
+
+/// The same of a whole localiser, whose posterior may be of samples: 5,000 particles know no smaller probability. With less, a
+/// single sequence in which chance puts no particle near the truth would outweigh all others.
+const LEAST_OF_SAMPLES: f64 = 1.0 / 5000.0;
+
+/// Times that a whole localiser plays every sequence, as what it draws decides much.
+const REPEATS: usize = 3;
+
+/// −ln of masses, added up.
+#[derive(Default)]
+struct Nats {
+    sum: f64,
+    count: usize,
+}
 
 /// Sequences of the validation part, and the filter that runs over them.
 pub struct Sequences<'a> {
@@ -61,25 +79,63 @@ impl Sequences<'_> {
         seed: Seed,
     ) -> Result<f64> {
         let sensor = Scaled::new(sensor, scale);
-        let of_trial = |(number, trial): (usize, &Trial)| -> Result<(f64, usize)> {
+        let of_trial = |(number, trial): (usize, &Trial)| -> Result<Nats> {
             let start = Belief::uniform(self.grid.places())?;
             let stream = seed.numbered_stream("evidence tuning", number as u64);
             let mut robot =
                 BayesLocaliser::new(self.grid, self.motion, start, Some(&sensor), stream)?;
-            let (mut sum, mut count) = (0.0, 0);
+            let mut nats = Nats::default();
             for &k in &trial.snapshots {
                 let belief = robot.observe(k, &self.recording.observation(k))?;
-                if self.grid.cell_at(self.places, k).is_some() {
-                    let mass = belief.mass_within_m(self.places, k, NEAR_M);
-                    sum -= mass.max(LEAST).ln();
-                    count += 1;
+                let mass = belief.mass_within_m(self.places, k, NEAR_M);
+                self.count(k, mass.max(LEAST), &mut nats);
+            }
+            Ok(nats)
+        };
+        self.mean(of_trial)
+    }
+
+    /// The same of a whole localiser, by the probability that it gives to places within half a metre of the true one.
+    ///
+    /// # Errors
+    /// Where it can't play the recording.
+    pub fn negative_log_likelihood_of(&self, localiser: &dyn Localiser, seed: Seed) -> Result<f64> {
+        let snapshots = self.trials.iter().flat_map(|trial| &trial.snapshots);
+        let snapshots: BTreeSet<usize> = snapshots.copied().collect();
+        let snapshots: Vec<usize> = snapshots.into_iter().collect();
+        let player = localiser.prepare(self.recording, &snapshots)?;
+        let of_trial = |(number, trial): (usize, &Trial)| -> Result<Nats> {
+            let mut nats = Nats::default();
+            for number in (REPEATS * number..).take(REPEATS) {
+                let mut stream = seed.numbered_stream("evidence tuning", number as u64);
+                let steps = player.play(&trial.snapshots, None, &mut stream)?;
+                for (&k, step) in trial.snapshots.iter().zip(&steps) {
+                    let mass = mass_near(step, &self.recording.poses()[k]);
+                    self.count(k, mass.max(LEAST_OF_SAMPLES), &mut nats);
                 }
             }
-            Ok((sum, count))
+            Ok(nats)
         };
+        self.mean(of_trial)
+    }
+
+    /// Takes in the belief's mass near the truth after a snapshot.
+    fn count(&self, k: usize, mass: f64, nats: &mut Nats) {
+        if self.grid.cell_at(self.places, k).is_some() {
+            nats.sum -= mass.ln();
+            nats.count += 1;
+        }
+    }
+
+    /// A snapshot's mean over all sequences.
+    fn mean(
+        &self,
+        of_trial: impl Fn((usize, &Trial)) -> Result<Nats> + Sync + Send,
+    ) -> Result<f64> {
         let each = self.trials.par_iter().enumerate().map(of_trial);
-        let each = each.collect::<Result<Vec<_>>>()?;
-        let (sum, count) = each.iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let each = each.collect::<Result<Vec<Nats>>>()?;
+        let sum: f64 = each.iter().map(|nats| nats.sum).sum();
+        let count: usize = each.iter().map(|nats| nats.count).sum();
         Ok(sum / count.max(1) as f64)
     }
 
@@ -88,19 +144,50 @@ impl Sequences<'_> {
     /// # Errors
     /// Where the sensor model fails.
     pub fn tuned(&self, sensor: &dyn PreparedSensorModel, seed: Seed) -> Result<f64> {
-        let mut best = (1.0, f64::INFINITY);
-        let mut try_all = |scales: &[f64]| -> Result<f64> {
-            for &scale in scales {
-                let nats = self.negative_log_likelihood(sensor, EvidenceScale::of(scale), seed)?;
-                if nats < best.1 {
-                    best = (scale, nats);
-                }
-            }
-            Ok(best.0)
-        };
-        let coarse = try_all(&SCALES)?;
-        try_all(&[coarse * SQRT_2, coarse / SQRT_2])
+        best(&SCALES, |scale| {
+            self.negative_log_likelihood(sensor, EvidenceScale::of(scale), seed)
+        })
     }
+
+    /// The same of a whole localiser, among fewer powers; `None` where its power is not to be tuned.
+    ///
+    /// # Errors
+    /// Where it can't play the recording.
+    pub fn tuned_localiser(&self, localiser: &dyn Localiser, seed: Seed) -> Result<Option<f64>> {
+        if localiser.with_evidence_scale(1.0).is_none() {
+            return Ok(None);
+        }
+        let tuned = best(&SCALES_OF_LOCALISERS, |scale| {
+            match localiser.with_evidence_scale(scale) {
+                Some(scaled) => self.negative_log_likelihood_of(scaled.as_ref(), seed),
+                None => Ok(f64::INFINITY),
+            }
+        });
+        tuned.map(Some)
+    }
+}
+
+/// The power of least negative log likelihood: among these, and then half an octave to either side of the best.
+fn best(scales: &[f64], nats: impl Fn(f64) -> Result<f64>) -> Result<f64> {
+    let mut best = (1.0, f64::INFINITY);
+    let mut try_all = |scales: &[f64]| -> Result<f64> {
+        for &scale in scales {
+            let nats = nats(scale)?;
+            if nats < best.1 {
+                best = (scale, nats);
+            }
+        }
+        Ok(best.0)
+    };
+    let coarse = try_all(scales)?;
+    try_all(&[coarse * SQRT_2, coarse / SQRT_2])
+}
+
+/// Probability that a localiser gives to places near the truth.
+fn mass_near(step: &Step, truth: &Pose) -> f64 {
+    let is_near = |[x_m, y_m]: &[f64; 2]| (x_m - truth.x_m).hypot(y_m - truth.y_m) <= NEAR_M;
+    let near = step.posterior.iter().filter(|(place, _)| is_near(place));
+    near.map(|(_, p)| p).sum()
 }
 
 /// The power among [`SCALES`] under which single snapshots of the validation part leave least error, for figures of single
@@ -151,112 +238,4 @@ pub fn tuned_bandwidth(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        belief::GridConfig,
-        geometry::Pose,
-        localiser::sensor_model::least_mean_squares,
-        recording::{Channel, Columns},
-        seed::Stream,
-    };
-    use ndarray::{Array2, array};
-    use rand::RngExt;
-    use rand_distr::StandardNormal;
-
-    /// Tuned on one validation snapshot at the first of three places, where it reads `seen`.
-    fn tuned(seen: f32) -> f64 {
-        let candidates = Places::Route(vec![0.0, 10.0, 20.0]);
-        let scans = array![[0.0], [0.1], [1.0]];
-        let square = least_mean_squares(array![[seen]].view(), &[scans]);
-        let validation = Places::Route(vec![0.0]);
-        tuned_bandwidth(Uncertainty::Global, &validation, &candidates, square.view())
-    }
-
-    /// A reading of the way along a route, off by a metre or so each time, that counts as if it were `times` readings.
-    struct Repeats {
-        reading_m: Vec<f64>,
-        times: f64,
-    }
-
-    impl PreparedSensorModel for Repeats {
-        fn log_likelihood(&self, k: usize, belief: &Belief, _: &mut Stream) -> Result<Vec<f64>> {
-            let Places::Route(cells) = &**belief.places() else {
-                unreachable!("cells along a route")
-            };
-            let gaussian = |x_m: &f64| -0.5 * self.times * (x_m - self.reading_m[k]).powi(2);
-            Ok(cells.iter().map(gaussian).collect())
-        }
-    }
-
-    #[test]
-    fn evidence_that_counts_twice_is_halved() {
-        let way_m: Vec<f64> = (0..600).map(|k| 0.5 * f64::from(k)).collect();
-        let pose = |x_m: &f64| Pose::new(*x_m, 0.0, 0.0);
-        let poses: Vec<Pose> = way_m.iter().map(pose).collect();
-        let light = Channel {
-            name: "light".into(),
-            width: 1,
-            unit: String::new(),
-            bearing_rad: None,
-            maximum: None,
-        };
-        let recording = Recording::new(Columns {
-            channels: vec![light],
-            values: Array2::zeros((600, 1)),
-            stamp_s: (0..600).map(f64::from).collect(),
-            odometry: poses.clone(),
-            pose: poses,
-            route_m: Some(way_m.clone()),
-            run: vec![0; 600],
-            ..Columns::default()
-        })
-        .unwrap();
-        let places = Places::of(&recording);
-        let grid = Arc::new(Grid::over(&places, &GridConfig::default()).unwrap());
-        let trials: Vec<Trial> = (0..30)
-            .map(|stretch| Trial {
-                stretch,
-                unit: stretch,
-                snapshots: (20 * stretch..20 * stretch + 20).collect(),
-                travelled_m: way_m[..20].to_vec(),
-            })
-            .collect();
-        let sequences = Sequences {
-            recording: &recording,
-            places: &places,
-            trials: &trials,
-            grid: &grid,
-            motion: &OdometryMotion::exact(),
-        };
-        let mut random = Seed(3).stream("readings");
-        let mut reading = |x_m: &f64| -> f64 { x_m + random.sample::<f64, _>(StandardNormal) };
-        let reading_m: Vec<f64> = way_m.iter().map(&mut reading).collect();
-        let tuned = |times: f64| {
-            let reading_m = reading_m.clone();
-            let sensor = Repeats { reading_m, times };
-            sequences.tuned(&sensor, Seed(1)).unwrap()
-        };
-        let (once, eight_times) = (tuned(1.0), tuned(8.0));
-        assert!((0.5..=2.0).contains(&once), "{once}");
-        assert!(
-            (once / eight_times - 8.0).abs() < 1e-9,
-            "{once} {eight_times}"
-        );
-    }
-
-    #[test]
-    fn scans_that_scatter_more_get_a_wider_kernel() {
-        assert_eq!(tuned(0.0), BANDWIDTHS[0]);
-        // Nearer to the second place's scan than to its own: a sharp kernel would be sure of the wrong place.
-        assert!((0.08..0.64).contains(&tuned(0.06)), "{}", tuned(0.06));
-    }
-
-    #[test]
-    fn without_validation_the_middle_of_the_range_is_taken() {
-        let (nowhere, places) = (Places::Route(Vec::new()), Places::Route(vec![0.0, 1.0]));
-        let square = Array2::zeros((0, 2));
-        let h = tuned_bandwidth(Uncertainty::Global, &nowhere, &places, square.view());
-        assert_eq!(h, BANDWIDTHS[BANDWIDTHS.len() / 2]);
-    }
-}
+mod tests;

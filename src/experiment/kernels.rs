@@ -4,6 +4,7 @@ use super::{
     evidence_tuning, held_out,
     method::{AnswersBy, Method, method},
     methods::MethodContext,
+    stopwatch::ready_ms,
 };
 use crate::{
     belief::{Places, Uncertainty},
@@ -52,7 +53,7 @@ pub(super) fn kernel<'a>(context: &MethodContext<'a>) -> Result<Method<'a>> {
     let scans = Scans::of(context)?;
     let recorded = std::slice::from_ref(&scans.recorded);
     let distances = |asked: &Asked| least_mean_squares(asked.recorded.view(), recorded);
-    scans.method(context, recorded, &distances)
+    scans.method(context, recorded, &distances, &|_| Ok(Vec::new()))
 }
 
 /// The same with moved views of every scan.
@@ -85,7 +86,8 @@ pub(super) fn kernel_views<'a>(
     if moved == Moved::Map {
         of_map.extend(drawn(&source.recording, &source.training)?);
         let distances = |asked: &Asked| least_mean_squares(asked.recorded.view(), &of_map);
-        return Ok(titled(scans.method(context, &of_map, &distances)?, views));
+        let method = scans.method(context, &of_map, &distances, &|_| Ok(Vec::new()));
+        return Ok(titled(method?, views));
     }
     let of_run = drawn(context.parts.run, &context.parts.unseen)?;
     let of_validation = drawn(&source.recording, &source.validation)?;
@@ -102,7 +104,9 @@ pub(super) fn kernel_views<'a>(
         }
         least
     };
-    Ok(titled(scans.method(context, &of_map, &distances)?, views))
+    let moved = |k: usize| drawn(context.parts.run, &[k]);
+    let method = scans.method(context, &of_map, &distances, &moved)?;
+    Ok(titled(method, views))
 }
 
 fn titled(method: Method, views: usize) -> Method {
@@ -150,12 +154,14 @@ impl Scans {
         })
     }
 
-    /// The kernel with these distances `[asked, place]`; a place is kept as its scan in each of `views`.
+    /// The kernel with these distances `[asked, place]`; a place is kept as its scan in each of `views`, and a scan of the run
+    /// is asked about as recorded and as `moved`.
     fn method<'a>(
         &self,
         context: &MethodContext<'a>,
         views: &[Array2<f32>],
         distances: &dyn Fn(&Asked) -> Array2<f32>,
+        moved: &(dyn Fn(usize) -> Result<Vec<Array2<f32>>> + Sync),
     ) -> Result<Method<'a>> {
         let (mapped, parts, source) = (&context.mapped, context.parts, context.source()?);
         let places = &mapped.places;
@@ -168,6 +174,13 @@ impl Scans {
             recorded: &self.of_run,
             is_run: true,
         });
+        let ready_ms = ready_ms(&parts.unseen, |k| {
+            let recorded = self.input.transform(&parts.run.select(&[k])?)?;
+            for asked in [recorded].iter().chain(&moved(k)?) {
+                least_mean_squares(asked.view(), views);
+            }
+            Ok(())
+        })?;
 
         // The bandwidth of least error on the validation part, by prior.
         let validation = covered(&source_places, &source.validation, places);
@@ -205,6 +218,7 @@ impl Scans {
         let validation = prepared(&source.validation, on_validation);
         Ok(Method {
             bandwidth: Some(bandwidth),
+            ready_ms,
             validation: Some(Arc::new(validation)),
             held_out,
             ..method(

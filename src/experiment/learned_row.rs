@@ -40,11 +40,13 @@ pub(super) fn learned_features<'a>(
         Rounded::No => features,
         Rounded::ToBits => features.mapv(f32::round),
     };
+    let on_run = FeatureAnswers::of_run(&detector, context.parts.run)?;
     let answers = FeatureAnswers {
-        run: as_kept(detector.probabilities(context.parts.run)?),
+        run: as_kept(on_run.run),
         source: source
             .map(|source| detector.probabilities(&source.recording).map(as_kept))
             .transpose()?,
+        ..on_run
     };
     let places = match context.mapped.places {
         Places::Plane(_) => Places::Plane(model.pose.clone()),

@@ -2,7 +2,7 @@
 
 pub use super::localise_config::LocaliseConfig;
 
-pub use super::convergence::REPORTED_AT_M;
+pub use super::{convergence::REPORTED_AT_M, paired_trials::PairedTest};
 
 pub use super::localisation_record::{
     HeldOut, LeftOut, MethodResult, Record, Timing, TrialSummary,
@@ -22,6 +22,7 @@ use super::{
     region_coverage::coverage,
     risk_coverage::risk_coverage,
     sequences::{drawn, evidence_scale},
+    step_time::step_ms,
     trial_play::answers,
     trials::Trial,
 };
@@ -29,6 +30,7 @@ use crate::{
     belief::Places,
     error::{Error, Result},
     model::Model,
+    score::ClusteredMean,
 };
 use std::collections::BTreeSet;
 
@@ -95,14 +97,12 @@ pub fn play(
             next: &method.title,
         });
         let (name, title) = (method.name.clone(), method.title.clone());
-        match result(context, method, &trials) {
-            Ok((result, answers)) => {
-                let spacing_m = context.config.spacing_m;
-                figures.push(FiguresOfTrials::new(&name, &trials, &answers, spacing_m));
-                timing
-                    .step_ms
-                    .extend(step_ms(&answers).map(|ms| (name, ms)));
-                results.push(result);
+        match played(context, method, &trials) {
+            Ok(played) => {
+                let (answers, spacing_m) = (&played.answers, context.config.spacing_m);
+                figures.push(FiguresOfTrials::new(&name, &trials, answers, spacing_m));
+                timing.step_ms.extend(played.step_ms.map(|ms| (name, ms)));
+                results.push(played.result);
             }
             // One that fails must not keep the others from playing.
             Err(fault) => left_out.push(LeftOut {
@@ -125,29 +125,26 @@ pub fn play(
         unseen_is_validation: parts.unseen_is_validation,
         priors: context.priors.clone(),
         results,
-        paired_tests: paired_tests(&figures, &trials, context.seed()),
+        paired_tests: paired_tests(&figures, &trials, context.config.resamples, context.seed()),
         timing,
         left_out,
     })
 }
 
-/// Median milliseconds a step, over the steps of all trials.
-fn step_ms(answers: &[Answers]) -> Option<f64> {
-    let steps = answers.iter().flat_map(|answers| &answers.step_ms);
-    let mut steps: Vec<f64> = steps.copied().collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied()
+/// What came of one method.
+struct Played {
+    result: MethodResult,
+    /// In the trials that start anywhere.
+    answers: Vec<Answers>,
+    /// Milliseconds a step.
+    step_ms: Option<f64>,
 }
 
-/// All figures of a method, and its answers in the trials that start anywhere.
-fn result(
-    context: &MethodContext,
-    method: Method,
-    trials: &[Trial],
-) -> Result<(MethodResult, Vec<Answers>)> {
+fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<Played> {
     let scale = evidence_scale(&method, context)?;
     let play = |known_start: bool| answers(&method, trials, context, scale, known_start);
     let (anywhere, known) = (play(false)?, play(true)?);
+    let step_ms = step_ms(&method, trials, context, scale)?;
     let (global, tracking) = (
         summary(trials, &anywhere, context),
         summary(trials, &known, context),
@@ -163,6 +160,8 @@ fn result(
         share(&hits, context.config.resamples, context.seed())
     };
     let (recall_1m, recall_05m) = (within(1.0), within(0.5));
+    let (at_10m, tracked) = (global.reported(), tracking.reported());
+    let risk = risk_coverage(trials, &anywhere, resamples, seed);
     let scores = context.priors.iter().zip(&method.held_out);
     let result = MethodResult {
         held_out: scores
@@ -173,10 +172,15 @@ fn result(
         recall_1m_ci95: recall_1m.and_then(|share| share.1),
         recall_05m: recall_05m.map(|share| share.0),
         recall_05m_ci95: recall_05m.and_then(|share| share.1),
-        error_at_10m_m: global.reported().map(|row| row.expected_error_m),
-        error_at_10m_m_ci95: global.reported().and_then(|row| row.ci95_m),
-        tracked_error_m: tracking.reported().map(|row| row.expected_error_m),
-        tracked_error_m_ci95: tracking.reported().and_then(|row| row.ci95_m),
+        recall_snapshots: recalled.len(),
+        error_at_10m_m: at_10m.map(|row| row.expected_error_m),
+        error_at_10m_m_ci95: at_10m.and_then(|row| row.ci95_m),
+        point_error_at_10m_m: at_10m.map(|row| row.point_error_m),
+        point_error_at_10m_m_ci95: at_10m.and_then(|row| row.point_ci95_m),
+        tracked_error_m: tracked.map(|row| row.expected_error_m),
+        tracked_error_m_ci95: tracked.and_then(|row| row.ci95_m),
+        tracked_point_error_m: tracked.map(|row| row.point_error_m),
+        tracked_point_error_m_ci95: tracked.and_then(|row| row.point_ci95_m),
         name: method.name,
         title: method.title,
         bandwidth: method.bandwidth,
@@ -186,11 +190,17 @@ fn result(
         heading_within_5deg: heading.map(|share| share.0),
         heading_within_5deg_ci95: heading.and_then(|share| share.1),
         coverage: coverage(trials, &anywhere, resamples, seed),
-        risk_coverage: risk_coverage(&anywhere),
+        risk_coverage_area_m: risk.as_ref().map(|risk| risk.area_m),
+        risk_coverage_area_m_ci95: risk.as_ref().and_then(|risk| risk.area_m_ci95),
+        risk_coverage: risk.map_or(Vec::new(), |risk| risk.rows),
         global,
         tracking,
     };
-    Ok((result, anywhere))
+    Ok(Played {
+        result,
+        answers: anywhere,
+        step_ms,
+    })
 }
 
 /// A pose as a robot holds it: three numbers in single precision; along a route one.
@@ -217,29 +227,16 @@ fn summary(trials: &[Trial], answers: &[Answers], context: &MethodContext) -> Tr
     let below_1m = mean_below_1m(&error_by_distance);
     let units = trials.iter().map(|trial| trial.unit);
     let found: Vec<(usize, bool)> = units.zip(converged.iter().map(Option::is_some)).collect();
-    let found = share(&found, resamples, context.seed());
+    let found = ClusteredMean::share(&found, resamples, context.seed());
     TrialSummary {
-        converged_fraction: found.map_or(0.0, |found| found.0),
-        converged_fraction_ci95: found.and_then(|found| found.1),
+        units: found.map_or(0, |found| found.units),
+        is_uncertain: found.is_none_or(|found| found.is_uncertain()),
+        converged_fraction: found.map_or(0.0, |found| found.mean),
+        converged_fraction_ci95: found.and_then(|found| found.ci95),
         distance_to_converge_m: median_distance_m(&converged),
         mean_error_below_1m_at_m: below_1m.map(|row| row.distance_m),
         mean_error_below_1m_trials: below_1m.map(|row| row.trials),
         mean_error_below_1m_is_uncertain: below_1m.is_some_and(Row::is_uncertain),
         error_by_distance,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_median_step_is_over_all_trials() {
-        let of = |step_ms: &[f64]| Answers {
-            step_ms: step_ms.to_vec(),
-            ..Answers::default()
-        };
-        assert_eq!(step_ms(&[of(&[9.0, 1.0]), of(&[2.0])]), Some(2.0));
-        assert_eq!(step_ms(&[]), None);
     }
 }

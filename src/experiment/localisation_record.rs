@@ -7,7 +7,7 @@ use super::{
     region_coverage::Coverage,
     risk_coverage::RiskCoverage,
 };
-use crate::{belief::Uncertainty, learning::error_reduction::ErrorReduction};
+use crate::{belief::Uncertainty, learning::error_reduction::ErrorReduction, score::FEW};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -15,6 +15,13 @@ use std::collections::BTreeMap;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TrialSummary {
+    /// Runs, or stretches of a single run, that the trials are in: what intervals and tests take for independent.
+    #[serde(default)]
+    pub units: usize,
+    /// Are there fewer than ten trials, or is there one run or stretch alone? Then other trials might give other figures
+    /// altogether.
+    #[serde(default)]
+    pub is_uncertain: bool,
     /// Share of the trials that converged.
     pub converged_fraction: f64,
     /// Its 95 % interval, by bootstrap over runs or stretches; null where there is only one.
@@ -57,32 +64,54 @@ pub struct MethodResult {
     pub recall_05m: Option<f64>,
     /// Its interval.
     pub recall_05m_ci95: Option<[f64; 2]>,
+    /// Snapshots that these are shares of.
+    #[serde(default)]
+    pub recall_snapshots: usize,
     /// Mean expected error after 10 m from a start anywhere, in metres; null where no trial goes so far.
     pub error_at_10m_m: Option<f64>,
     /// Its 95 % interval.
     pub error_at_10m_m_ci95: Option<[f64; 2]>,
-    /// The same from a known start.
+    /// Mean point error after 10 m from a start anywhere.
+    #[serde(default)]
+    pub point_error_at_10m_m: Option<f64>,
+    /// Its 95 % interval.
+    #[serde(default)]
+    pub point_error_at_10m_m_ci95: Option<[f64; 2]>,
+    /// Mean expected error after 10 m from a known start.
     pub tracked_error_m: Option<f64>,
     /// Its 95 % interval.
     pub tracked_error_m_ci95: Option<[f64; 2]>,
+    /// Mean point error after 10 m from a known start.
+    #[serde(default)]
+    pub tracked_point_error_m: Option<f64>,
+    /// Its 95 % interval.
+    #[serde(default)]
+    pub tracked_point_error_m_ci95: Option<[f64; 2]>,
     /// Share of the trials from a start anywhere that end within some distances of the truth.
     #[serde(default)]
     pub success_at_end: Vec<SuccessAtEnd>,
-    /// Share of them that end with a heading within 5° of the true one; null along a route and for whole localisers, whose
+    /// Share of them that end with a heading within 5° of the true one; null along a route and for whole localisers whose
     /// answers have no heading.
     #[serde(default)]
     pub heading_within_5deg: Option<f64>,
     /// Its 95 % interval.
     #[serde(default)]
     pub heading_within_5deg_ci95: Option<[f64; 2]>,
-    /// How often the truth lies in regions of the belief, over all steps of these trials; empty for whole localisers, which
-    /// have no belief over cells.
+    /// How often the truth lies in regions of the belief, over all steps of these trials; empty for whole localisers without
+    /// a posterior.
     #[serde(default)]
     pub coverage: Vec<Coverage>,
     /// What is left of their errors where the least sure are rejected; empty for whole localisers that say nothing of how
     /// sure they are.
     #[serde(default)]
     pub risk_coverage: Vec<RiskCoverage>,
+    /// Mean of the mean point errors of the surest 1, 2, 3, … of these trials up to all of them, in metres: the area under that
+    /// curve. Where confidence says nothing of the error, it is the first row's error; null where there are no rows.
+    #[serde(default)]
+    pub risk_coverage_area_m: Option<f64>,
+    /// Its 95 % interval.
+    #[serde(default)]
+    pub risk_coverage_area_m_ci95: Option<[f64; 2]>,
     /// Trials that start anywhere.
     #[serde(flatten)]
     pub global: TrialSummary,
@@ -90,6 +119,13 @@ pub struct MethodResult {
     pub tracking: TrialSummary,
     /// One snapshot's error reduction on the unseen part, one a prior.
     pub held_out: Vec<HeldOut>,
+}
+
+impl MethodResult {
+    /// Are the shares of single snapshots over fewer than ten of them, or over one run or piece of the way?
+    pub fn recall_is_uncertain(&self) -> bool {
+        self.recall_snapshots < FEW || self.recall_1m_ci95.is_none()
+    }
 }
 
 impl TrialSummary {
@@ -142,12 +178,12 @@ pub struct Record {
 }
 
 /// Wall clock, which differs from call to call: records are equal whatever theirs is, and have none in their JSON.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Timing {
-    /// By method, the median milliseconds from a snapshot's odometry and readings to the answer, in trials that start
-    /// anywhere, several of which play at once; of a whole localiser the mean over each trial's steps. What is made for all
-    /// snapshots before the trials does not count.
+    /// By method, the median milliseconds from a snapshot's odometry and readings to the answer: of the first twenty snapshots of
+    /// the first trial, from a start anywhere, played again on one thread while nobody else plays. What trials find worked out
+    /// for all snapshots is worked out for each; of a whole localiser it is the mean over these steps, getting ready included.
     pub step_ms: BTreeMap<String, f64>,
 }
 

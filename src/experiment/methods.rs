@@ -193,11 +193,8 @@ impl<'a> MethodContext<'a> {
         let training = on_source.select(Axis(0), &source.training);
         let map = self.mapped.map.clone();
         let map = FeatureMap::new(self.mapped.places.clone(), training.mapv(f64::from), map)?;
-        let answers = FeatureAnswers {
-            run: detector.probabilities(self.parts.run)?,
-            source: Some(on_source),
-        };
-        Ok((answers, map))
+        let answers = FeatureAnswers::of_run(detector, self.parts.run)?;
+        Ok((answers.with_source(on_source), map))
     }
 
     /// The filter with features: what they are, their map, and how they are held against it; `bytes_per_place` is what the map
@@ -223,6 +220,7 @@ impl<'a> MethodContext<'a> {
         let validation = answers.source.as_ref().map(on_source);
         Ok(Method {
             held_out,
+            ready_ms: answers.ready_ms,
             validation: validation.map(|v| Arc::new(v) as Arc<dyn PreparedSensorModel>),
             ..method(
                 name,

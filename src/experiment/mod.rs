@@ -34,5 +34,7 @@ pub mod sensor_models;
 pub mod sequences;
 mod signal_row;
 pub mod standard;
+mod step_time;
+mod stopwatch;
 mod trial_play;
 pub mod trials;

@@ -4,7 +4,10 @@ use super::{
     convergence::{Answers, REPORTED_AT_M, converged_at_m, latest_at},
     trials::Trial,
 };
-use crate::{score::holm, seed::Seed};
+use crate::{
+    score::{ClusteredMean, holm},
+    seed::Seed,
+};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -13,8 +16,8 @@ use std::collections::BTreeMap;
 const ENUMERATED_UNITS: usize = 14;
 /// … of more, so many are drawn.
 const DRAWN: usize = 10_000;
-/// With fewer trials than this there is no test.
-const FEWEST_TRIALS: usize = 10;
+/// A difference of less p than this is more than chance.
+pub const SURE_P: f64 = 0.05;
 /// Sums that differ by less than this, relative to all there is to sum, differ by rounding only.
 const ROUNDING: f64 = 1e-12;
 
@@ -22,9 +25,10 @@ const ROUNDING: f64 = 1e-12;
 ///
 /// p is two-sided, of the hypothesis that both do equally well (Fisher, *The Design of Experiments*, 1935, §21): the share
 /// of all ways to flip the signs of the differences, those of one unit (run or stretch) together, that give a mean at
-/// least as far from 0. So p takes trials of one unit for one piece of evidence; with u units it is never below 2/2^u, and
-/// with five or fewer never below .05. It is null over fewer than ten trials or fewer than two units. Each of the two
-/// figures is corrected for the number of methods (Holm 1979).
+/// least as far from 0. So p takes trials of one unit for one piece of evidence: with u units it is never below 2/2^u, which
+/// of ten tests together leaves no corrected p below .05 with eight units or fewer; `note` says where that is so. p is null
+/// over fewer than ten trials or fewer than two units. Each of the three figures is a family of its own, corrected for the
+/// number of methods (Holm 1979). Means have 95 % intervals by bootstrap over runs or stretches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct PairedTest {
@@ -32,19 +36,73 @@ pub struct PairedTest {
     pub name: String,
     /// The first method.
     pub against: String,
+    /// Trials.
+    #[serde(default)]
+    pub trials: usize,
+    /// Runs or stretches that they are in.
+    #[serde(default)]
+    pub units: usize,
     /// Mean point error after 10 m, in metres: the method's less the first one's, over the trials that go so far; null where
     /// none does. Negative: the method is better.
     pub error_difference_m: Option<f64>,
+    /// Its interval.
+    #[serde(default)]
+    pub error_difference_m_ci95: Option<[f64; 2]>,
     /// Its p.
     pub p: Option<f64>,
     /// The same, corrected.
     pub p_holm: Option<f64>,
+    /// The smallest corrected p that so few runs or stretches allow, whatever the differences are.
+    #[serde(default)]
+    pub least_p_holm: Option<f64>,
     /// Share of trials that converge: the method's less the first one's. Positive: the method is better.
     pub found_difference: Option<f64>,
+    /// Its interval.
+    #[serde(default)]
+    pub found_difference_ci95: Option<[f64; 2]>,
     /// Its p.
     pub p_found: Option<f64>,
     /// The same, corrected.
     pub p_found_holm: Option<f64>,
+    /// The smallest that this can be, and `p_distance_holm` as well.
+    #[serde(default)]
+    pub least_p_found_holm: Option<f64>,
+    /// Mean metres until a trial converges, or to its end where it never does: the method's less the first one's. Negative: the
+    /// method is better.
+    #[serde(default)]
+    pub distance_difference_m: Option<f64>,
+    /// Its interval.
+    #[serde(default)]
+    pub distance_difference_m_ci95: Option<[f64; 2]>,
+    /// Its p.
+    #[serde(default)]
+    pub p_distance: Option<f64>,
+    /// The same, corrected.
+    #[serde(default)]
+    pub p_distance_holm: Option<f64>,
+    /// Where there are too few runs or stretches for any corrected p below .05, or for any p: that.
+    #[serde(default)]
+    pub note: Option<String>,
+}
+
+impl PairedTest {
+    /// Could no difference, however large, have a corrected p below .05? Of found trials and of metres until found.
+    pub fn is_too_few(&self) -> bool {
+        self.least_p_found_holm.is_none_or(|p| p >= SURE_P)
+    }
+
+    /// What `note` says.
+    fn in_words(&self) -> Option<String> {
+        let without = |least_p: Option<f64>| least_p.is_none_or(|p| p >= SURE_P);
+        let whose = match (without(self.least_p_holm), self.is_too_few()) {
+            (_, true) => "any corrected p",
+            (true, false) => "a corrected p of error_difference_m",
+            (false, false) => return None,
+        };
+        Some(format!(
+            "too few runs or stretches for {whose} below {SURE_P}"
+        ))
+    }
 }
 
 /// What is compared of a method.
@@ -55,6 +113,8 @@ pub(super) struct FiguresOfTrials {
     error_m: Vec<Option<f64>>,
     /// 1 where the trial converged, else 0.
     found: Vec<Option<f64>>,
+    /// Metres until it converged, or to its end.
+    distance_m: Vec<Option<f64>>,
 }
 
 impl FiguresOfTrials {
@@ -67,8 +127,12 @@ impl FiguresOfTrials {
             Some(answers.point_error_m[latest_at(trial, at_m, spacing_m)?])
         };
         let found = |(trial, answers)| Some(f64::from(converged_at_m(trial, answers).is_some()));
+        let distance_m = |(trial, answers): (&Trial, &Answers)| {
+            converged_at_m(trial, answers).or(trial.travelled_m.last().copied())
+        };
         Self {
             name: name.into(),
+            distance_m: both().map(distance_m).collect(),
             error_m: both().map(error_m).collect(),
             found: both().map(found).collect(),
         }
@@ -79,52 +143,93 @@ impl FiguresOfTrials {
 pub(super) fn paired_tests(
     methods: &[FiguresOfTrials],
     trials: &[Trial],
+    resamples: usize,
     seed: Seed,
 ) -> Vec<PairedTest> {
     let Some((first, others)) = methods.split_first() else {
         return Vec::new();
     };
     let tested = |figure: fn(&FiguresOfTrials) -> &[Option<f64>]| {
-        let of = |other| test(trials, figure(other), figure(first), seed);
-        let (differences, p): (Vec<_>, Vec<_>) = others.iter().map(of).unzip();
-        let corrected = holm(&p);
-        (differences, p, corrected)
+        let of = |other| Difference::of(trials, figure(other), figure(first), resamples, seed);
+        let mut family: Vec<Difference> = others.iter().map(of).collect();
+        let p: Vec<Option<f64>> = family.iter().map(|difference| difference.p).collect();
+        let tests = p.iter().flatten().count() as f64;
+        for (difference, corrected) in family.iter_mut().zip(holm(&p)) {
+            difference.p_holm = corrected;
+            difference.least_p_holm = difference.least_p.map(|p| (tests * p).min(1.0));
+        }
+        family
     };
-    let (error, p, p_holm) = tested(|method| &method.error_m);
-    let (found, p_found, p_found_holm) = tested(|method| &method.found);
-    let all = others.iter().enumerate();
-    all.map(|(i, other)| PairedTest {
+    let error = tested(|method| &method.error_m);
+    let found = tested(|method| &method.found);
+    let distance = tested(|method| &method.distance_m);
+    let all = others.iter().zip(error).zip(found).zip(distance);
+    let tests = all.map(|(((other, error), found), distance)| PairedTest {
         name: other.name.clone(),
         against: first.name.clone(),
-        error_difference_m: error[i],
-        p: p[i],
-        p_holm: p_holm[i],
-        found_difference: found[i],
-        p_found: p_found[i],
-        p_found_holm: p_found_holm[i],
-    })
-    .collect()
+        trials: trials.len(),
+        units: found.mean.map_or(0, |mean| mean.units),
+        error_difference_m: error.mean.map(|mean| mean.mean),
+        error_difference_m_ci95: error.mean.and_then(|mean| mean.ci95),
+        p: error.p,
+        p_holm: error.p_holm,
+        least_p_holm: error.least_p_holm,
+        found_difference: found.mean.map(|mean| mean.mean),
+        found_difference_ci95: found.mean.and_then(|mean| mean.ci95),
+        p_found: found.p,
+        p_found_holm: found.p_holm,
+        least_p_found_holm: found.least_p_holm,
+        distance_difference_m: distance.mean.map(|mean| mean.mean),
+        distance_difference_m_ci95: distance.mean.and_then(|mean| mean.ci95),
+        p_distance: distance.p,
+        p_distance_holm: distance.p_holm,
+        note: None,
+    });
+    let noted = |test: PairedTest| PairedTest {
+        note: test.in_words(),
+        ..test
+    };
+    tests.map(noted).collect()
 }
 
-/// Mean difference over the trials where both have a figure, and its p.
-fn test(
-    trials: &[Trial],
-    other: &[Option<f64>],
-    first: &[Option<f64>],
-    seed: Seed,
-) -> (Option<f64>, Option<f64>) {
-    let mut units: BTreeMap<usize, f64> = BTreeMap::new();
-    let mut count = 0;
-    for (trial, (other, first)) in trials.iter().zip(other.iter().zip(first)) {
-        if let (Some(other), Some(first)) = (other, first) {
-            *units.entry(trial.unit).or_default() += other - first;
-            count += 1;
+/// One figure of two methods.
+struct Difference {
+    /// Over the trials where both have the figure; none where none does.
+    mean: Option<ClusteredMean>,
+    p: Option<f64>,
+    p_holm: Option<f64>,
+    /// The smallest that p can be over so many runs or stretches.
+    least_p: Option<f64>,
+    least_p_holm: Option<f64>,
+}
+
+impl Difference {
+    fn of(
+        trials: &[Trial],
+        other: &[Option<f64>],
+        first: &[Option<f64>],
+        resamples: usize,
+        seed: Seed,
+    ) -> Self {
+        let both = trials.iter().zip(other.iter().zip(first));
+        let differences: Vec<(usize, f64)> = both
+            .filter_map(|(trial, (other, first))| Some((trial.unit, (*other)? - (*first)?)))
+            .collect();
+        let mean = ClusteredMean::of(&differences, resamples, seed);
+        let mut units: BTreeMap<usize, f64> = BTreeMap::new();
+        for (unit, difference) in differences {
+            *units.entry(unit).or_default() += difference;
+        }
+        let sums: Vec<f64> = units.into_values().collect();
+        let is_tested = mean.is_some_and(|mean| !mean.is_uncertain());
+        Self {
+            mean,
+            p: is_tested.then(|| sign_flip_p(&sums, seed)),
+            p_holm: None,
+            least_p: is_tested.then(|| least_p(sums.len())),
+            least_p_holm: None,
         }
     }
-    let sums: Vec<f64> = units.into_values().collect();
-    let mean = (count > 0).then(|| sums.iter().sum::<f64>() / count as f64);
-    let is_tested = count >= FEWEST_TRIALS && sums.len() >= 2;
-    (mean, is_tested.then(|| sign_flip_p(&sums, seed)))
 }
 
 /// Share of the ways to flip signs that give a sum at least as far from 0 as these sums of units together; where ways are
@@ -145,6 +250,14 @@ fn sign_flip_p(sums: &[f64], seed: Seed) -> f64 {
     let mut random = seed.stream("signs of units");
     let as_far = (0..DRAWN).filter(|_| is_as_far(&mut |_| random.random()));
     (1 + as_far.count()) as f64 / (1 + DRAWN) as f64
+}
+
+/// The p of units that all differ to the same side: two ways to flip signs are as far.
+fn least_p(units: usize) -> f64 {
+    if units <= ENUMERATED_UNITS {
+        return 2.0 / (1_usize << units) as f64;
+    }
+    1.0 / (1 + DRAWN) as f64
 }
 
 #[cfg(test)]
@@ -180,7 +293,7 @@ mod tests {
             method("b", &trials, 0.75, 0.1),
             method("c", &trials, 0.5, 9.0),
         ];
-        let tests = paired_tests(&all, &trials, Seed(1));
+        let tests = paired_tests(&all, &trials, 200, Seed(1));
         assert_eq!(tests.len(), 2);
         let [b, c] = [&tests[0], &tests[1]];
         assert_eq!((&*b.name, &*b.against), ("b", "a"));
@@ -188,7 +301,18 @@ mod tests {
         assert_eq!(b.error_difference_m, Some(0.25));
         assert_eq!((b.p, b.p_holm), (Some(2.0 / 64.0), Some(4.0 / 64.0)));
         assert_eq!((b.found_difference, b.p_found), (Some(0.0), Some(1.0)));
+        assert_eq!(b.error_difference_m_ci95, Some([0.25, 0.25]));
+        assert_eq!((b.trials, b.units), (12, 6));
         assert_eq!((c.error_difference_m, c.p), (Some(0.0), Some(1.0)));
+        // Who is never found counts with the trial's length.
+        assert_eq!(
+            (c.distance_difference_m, c.p_distance),
+            (Some(12.0), Some(2.0 / 64.0))
+        );
+        assert_eq!(
+            (b.distance_difference_m, b.p_distance_holm),
+            (Some(0.0), Some(1.0))
+        );
         assert_eq!(
             (c.found_difference, c.p_found),
             (Some(-1.0), Some(2.0 / 64.0))
@@ -208,7 +332,7 @@ mod tests {
                 method("a", &trials, 0.5, 0.1),
                 method("b", &trials, 1.0, 0.1),
             ];
-            let tests = paired_tests(&all, &trials, Seed(1));
+            let tests = paired_tests(&all, &trials, 200, Seed(1));
             assert_eq!(tests[0].error_difference_m, Some(0.5));
             assert_eq!(
                 (tests[0].p, tests[0].p_holm, tests[0].p_found),
@@ -220,10 +344,43 @@ mod tests {
             .iter_mut()
             .for_each(|trial| trial.travelled_m.truncate(15)); // 7 m
         let all = [method("a", &short, 0.5, 0.1), method("b", &short, 1.0, 0.1)];
-        let tests = paired_tests(&all, &short, Seed(1));
+        let tests = paired_tests(&all, &short, 200, Seed(1));
         assert_eq!((tests[0].error_difference_m, tests[0].p), (None, None));
         assert_eq!(tests[0].found_difference, Some(0.0));
-        assert!(paired_tests(&[], &short, Seed(1)).is_empty());
+        assert!(paired_tests(&[], &short, 200, Seed(1)).is_empty());
+    }
+
+    /// Of two tests over six stretches no corrected p is below 2 · 2/64 = .0625; over seven it can be 2 · 2/128 = .03125.
+    #[test]
+    fn too_few_stretches_for_a_small_p_are_noted() {
+        let tested = |units: usize, long: usize| {
+            let mut trials = trials(units);
+            let short = trials.iter_mut().skip(2 * long);
+            short.for_each(|trial| trial.travelled_m.truncate(15)); // 7 m
+            let all = ["a", "b", "c"].map(|name| method(name, &trials, 0.5, 0.1));
+            paired_tests(&all, &trials, 200, Seed(1)).remove(0)
+        };
+        let six = tested(6, 6);
+        assert_eq!(six.least_p_found_holm, Some(0.0625));
+        assert!(six.is_too_few());
+        let note = "too few runs or stretches for any corrected p below 0.05";
+        assert_eq!(six.note.as_deref(), Some(note));
+        let seven = tested(7, 7);
+        let least = (seven.least_p_holm, seven.least_p_found_holm);
+        assert_eq!(least, (Some(0.03125), Some(0.03125)));
+        assert!(seven.note.is_none() && !seven.is_too_few());
+        // Trials of 10 m in six of seven stretches alone.
+        let mixed = tested(7, 6);
+        let least = (mixed.least_p_holm, mixed.least_p_found_holm);
+        assert_eq!(least, (Some(0.0625), Some(0.03125)));
+        let note = "too few runs or stretches for a corrected p of error_difference_m below 0.05";
+        assert_eq!(mixed.note.as_deref(), Some(note));
+        // Too few for any p.
+        let four = tested(2, 2);
+        assert_eq!((four.p_found, four.least_p_found_holm), (None, None));
+        assert!(four.note.is_some());
+        assert_eq!(least_p(15), 1.0 / 10_001.0);
+        assert_eq!(least_p(3), sign_flip_p(&[1.0, 2.0, 3.0], Seed(1)));
     }
 
     /// ±4 ±1 ±2 is at least as far from 0 as 4 + 1 − 2 in six of eight ways: 7, 3 and 5, and their negatives.

@@ -31,7 +31,7 @@ pub fn product<'a>(
     let source = parts.source.as_ref();
     let (mut on_run, mut on_validation) = (Vec::new(), Vec::new());
     let mut bytes_per_place = None;
-    let mut other_bytes = 0;
+    let (mut other_bytes, mut ready_ms) = (0, 0.0);
     for factor in methods {
         let Some(scale) = evidence_scale(factor, context)? else {
             return Ok(None);
@@ -57,12 +57,14 @@ pub fn product<'a>(
             (a, b) => a.or(b),
         };
         other_bytes += factor.other_bytes;
+        ready_ms += factor.ready_ms;
     }
     let complete = on_validation.len() == on_run.len();
     let on_validation = PreparedProduct::new(on_validation);
     let answers = AnswersBy::PreparedSensor(Arc::new(PreparedProduct::new(on_run)));
     Ok(Some(Method {
         other_bytes,
+        ready_ms,
         motion: methods.first().and_then(|factor| factor.motion.clone()),
         validation: complete.then(|| Arc::new(on_validation) as Arc<dyn PreparedSensorModel>),
         ..method(name, title, bytes_per_place, answers)

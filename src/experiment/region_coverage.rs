@@ -6,9 +6,11 @@ use super::{
 };
 use crate::{
     belief::{Belief, Grid, Places},
+    localiser::Probable,
     seed::Seed,
 };
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Masses of the regions that are reported.
 pub const LEVELS: [f64; 3] = [0.5, 0.9, 0.99];
@@ -45,7 +47,19 @@ pub fn likelier_mass(grid: &Grid, belief: &Belief, truths: &Places, k: usize) ->
     mass.iter().filter(|m| **m > mass[cell]).sum()
 }
 
-/// Coverage over all steps of all trials; empty where the answers come without a belief over cells.
+/// The same of a posterior over places in the plane, such as particles: those within one square, its edges `square_m` long, make
+/// a cell.
+pub fn likelier_mass_of_places(posterior: &[Probable], truth: [f64; 2], square_m: f64) -> f64 {
+    let square = |place: [f64; 2]| place.map(|v| (v / square_m).floor() as i64);
+    let mut masses: BTreeMap<[i64; 2], f64> = BTreeMap::new();
+    for &(place, p) in posterior {
+        *masses.entry(square(place)).or_default() += p;
+    }
+    let of_truth = masses.get(&square(truth)).copied().unwrap_or(0.0);
+    masses.values().filter(|mass| **mass > of_truth).sum()
+}
+
+/// Coverage over all steps of all trials; empty where the answers come without a belief.
 pub fn coverage(
     trials: &[Trial],
     answers: &[Answers],
@@ -95,6 +109,20 @@ mod tests {
         let of = |k: usize| likelier_mass(&grid, &belief, &truths, k);
         for (k, expected) in [(0, 0.8), (1, 0.0), (2, 0.5), (3, 0.8), (4, 0.8)] {
             assert!((of(k) - expected).abs() < 1e-12, "{k}: {}", of(k));
+        }
+    }
+
+    #[test]
+    fn places_count_by_squares() {
+        let posterior = [
+            ([0.1, 0.1], 0.3),
+            ([0.2, 0.2], 0.3),
+            ([0.3, 0.1], 0.25),
+            ([-0.1, 0.1], 0.15),
+        ];
+        let of = |x: f64| likelier_mass_of_places(&posterior, [x, 0.05], 0.25);
+        for (x, expected) in [(0.05, 0.0), (0.4, 0.6), (-0.2, 0.85), (7.0, 1.0)] {
+            assert!((of(x) - expected).abs() < 1e-12, "{x}: {}", of(x));
         }
     }
 

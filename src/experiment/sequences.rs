@@ -103,32 +103,40 @@ pub(super) fn evidence_scale(
     if let Some(tuned) = method.evidence_scale {
         return Ok(Some(EvidenceScale::of(tuned)));
     }
-    if matches!(
-        method.answers,
-        AnswersBy::Odometry | AnswersBy::Localiser(_) | AnswersBy::Nobody(_)
-    ) {
-        return Ok(None);
-    }
-    let usual = Some(EvidenceScale::of(method.usual_scale));
+    let usual = match &method.answers {
+        AnswersBy::Odometry | AnswersBy::Nobody(_) => return Ok(None),
+        AnswersBy::Localiser(localiser) => match localiser.evidence_scale() {
+            None => return Ok(None),
+            usual => usual.map(EvidenceScale::of),
+        },
+        AnswersBy::Sensor(_) | AnswersBy::PreparedSensor(_) => {
+            Some(EvidenceScale::of(method.usual_scale))
+        }
+    };
     let sequences = validation_sequences(context)?;
     let source = match &context.parts.source {
         Some(source) if !sequences.is_empty() => source,
         _ => return Ok(usual),
     };
+    let places = Places::of(&source.recording);
+    let sequences = Sequences {
+        recording: &source.recording,
+        places: &places,
+        trials: &sequences,
+        grid: &context.grid,
+        motion: motion(method, context),
+    };
     let sensor = match (&method.answers, &method.validation) {
+        (AnswersBy::Localiser(localiser), _) => {
+            let tuned = sequences.tuned_localiser(localiser.as_ref(), context.seed())?;
+            return Ok(tuned.map(EvidenceScale::of).or(usual));
+        }
         (AnswersBy::Sensor(model), _) => {
             own_model = model.prepare(&source.recording, &source.validation)?;
             own_model.as_ref()
         }
         (_, Some(prepared)) => prepared.as_ref(),
         _ => return Ok(usual),
-    };
-    let sequences = Sequences {
-        recording: &source.recording,
-        places: &Places::of(&source.recording),
-        trials: &sequences,
-        grid: &context.grid,
-        motion: motion(method, context),
     };
     let scale = sequences.tuned(sensor, context.seed())?;
     Ok(Some(EvidenceScale::of(scale)))

@@ -4,7 +4,7 @@ use super::{
     convergence::Answers,
     method::{AnswersBy, Method},
     methods::MethodContext,
-    region_coverage::likelier_mass,
+    region_coverage::{likelier_mass, likelier_mass_of_places},
     risk_coverage::RIGHT_WITHIN_M,
     sequences::motion,
     trials::Trial,
@@ -12,7 +12,7 @@ use super::{
 use crate::{
     belief::{Belief, OdometryMotion, Places},
     error::{Error, Result},
-    geometry::{Pose, wrapped},
+    geometry::Pose,
     localiser::{
         BayesLocaliser, Estimate, Localiser, PreparedSensorModel, Step,
         sensor_model::{EvidenceScale, Scaled},
@@ -20,9 +20,12 @@ use crate::{
     seed::Stream,
 };
 use rayon::prelude::*;
-use std::{collections::BTreeSet, time::Instant};
+use std::collections::BTreeSet;
 
 /// What a method answers in every trial.
+///
+/// # Errors
+/// Where the method could not be made, or fails.
 pub(super) fn answers(
     method: &Method,
     trials: &[Trial],
@@ -52,9 +55,19 @@ pub(super) fn answers(
             sensor(Some(prepared.as_ref()))
         }
         AnswersBy::Localiser(localiser) => {
-            by_localiser(localiser.as_ref(), trials, context, known_start)
+            let scaled = scaled(localiser.as_ref(), scale);
+            let localiser = scaled.as_deref().unwrap_or(localiser.as_ref());
+            by_localiser(localiser, trials, context, known_start)
         }
     }
+}
+
+/// A localiser with its evidence as tuned; none where that is not for others to say.
+pub(super) fn scaled(
+    localiser: &dyn Localiser,
+    scale: Option<EvidenceScale>,
+) -> Option<Box<dyn Localiser + '_>> {
+    localiser.with_evidence_scale(scale?.scale)
 }
 
 /// Every trial with its number, in parallel; the answers in the order of the trials.
@@ -92,10 +105,8 @@ impl Filter<'_> {
         let mut answers = Answers::default();
         for (step, &k) in trial.snapshots.iter().enumerate() {
             let observation = parts.run.observation(k);
-            let started = Instant::now();
             let belief = robot.observe(k, &observation)?;
             let mode = belief.mode();
-            answers.step_ms.push(started.elapsed().as_secs_f64() * 1e3);
             let (cells, truths) = (grid.places(), &parts.places);
             let expected_m = belief.expected_error_m(truths, k);
             answers.expected_error_m.push(expected_m);
@@ -108,8 +119,7 @@ impl Filter<'_> {
             answers.likelier_mass.push(likelier);
             if step + 1 == trial.snapshots.len() {
                 let is_plane = matches!(truths, Places::Plane(_));
-                let truth_rad = parts.run.poses()[k].heading_rad;
-                let error_rad = wrapped(belief.mode_heading_rad() - truth_rad).abs();
+                let error_rad = turn_rad(belief.mode_heading_rad(), &parts.run.poses()[k]);
                 answers.end_heading_error_rad = is_plane.then_some(error_rad);
                 answers.end_confidence = Some(belief.mass_within_m(cells, mode, RIGHT_WITHIN_M));
             }
@@ -139,9 +149,7 @@ fn by_localiser(
     played(trials, |number, trial| {
         let start = run.poses()[trial.snapshots[0]];
         let start = (known_start && localiser.asks_for_the_start()).then_some(start);
-        let started = Instant::now();
         let steps = player.play(&trial.snapshots, start, &mut stream(context, number))?;
-        let trial_ms = started.elapsed().as_secs_f64() * 1e3;
         if steps.len() != trial.snapshots.len() {
             return Err(Error::work(format!(
                 "{} answers to a trial of {} snapshots; expected one each",
@@ -150,8 +158,12 @@ fn by_localiser(
             )));
         }
         let mut answers = Answers {
-            step_ms: vec![trial_ms / steps.len() as f64; steps.len()],
             end_confidence: steps.last().and_then(confidence),
+            end_heading_error_rad: steps.last().and_then(|step| {
+                let heading = step.heading_rad.filter(|_| is_answer(step))?;
+                let truth = &run.poses()[*trial.snapshots.last()?];
+                Some(turn_rad(heading, truth))
+            }),
             ..Answers::default()
         };
         for (&k, step) in trial.snapshots.iter().zip(&steps) {
@@ -163,9 +175,24 @@ fn by_localiser(
             });
             answers.expected_error_m.push(expected_m);
             answers.point_error_m.push(point_m);
+            if !known_start && !step.posterior.is_empty() {
+                let truth = &run.poses()[k];
+                let (at, square_m) = ([truth.x_m, truth.y_m], context.grid.cell_m());
+                let likelier = likelier_mass_of_places(&step.posterior, at, square_m);
+                answers.likelier_mass.push(likelier);
+            }
         }
         Ok(answers)
     })
+}
+
+/// Is there an answer at all?
+fn is_answer(step: &Step) -> bool {
+    step.estimate.is_some() || !step.posterior.is_empty()
+}
+
+fn turn_rad(heading_rad: f64, truth: &Pose) -> f64 {
+    Pose::new(0.0, 0.0, heading_rad).turn_rad(truth)
 }
 
 /// The place of a localiser's answer: its estimate, else the likeliest of its posterior; none where it has no answer.
@@ -183,8 +210,12 @@ fn estimate(step: &Step) -> Result<Option<[f64; 2]>> {
     }
 }
 
-/// Probability that a localiser gives to places within 1 m of its own estimate; none where it says nothing of how sure it is.
+/// Probability that a localiser gives to places within 1 m of its own estimate: 0 where it has no answer, none where it says
+/// nothing of how sure it is.
 fn confidence(step: &Step) -> Option<f64> {
+    if !is_answer(step) {
+        return Some(0.0);
+    }
     let at = estimate(step).ok()??;
     let is_near = |place: &[f64; 2]| (place[0] - at[0]).hypot(place[1] - at[1]) <= RIGHT_WITHIN_M;
     let near = step.posterior.iter().filter(|(place, _)| is_near(place));
@@ -213,11 +244,12 @@ mod tests {
         let step = |estimate: Option<[f64; 2]>, posterior: &[([f64; 2], f64)]| Step {
             estimate: estimate.map(Estimate::Place),
             posterior: posterior.to_vec(),
+            ..Step::default()
         };
         let posterior = [([0.0, 0.0], 0.5), ([0.9, 0.0], 0.25), ([3.0, 0.0], 0.25)];
         assert_eq!(confidence(&step(Some([3.0, 0.5]), &posterior)), Some(0.25));
         assert_eq!(confidence(&step(None, &posterior)), Some(0.75)); // of the likeliest place
         assert_eq!(confidence(&step(Some([0.0, 0.0]), &[])), None);
-        assert_eq!(confidence(&step(None, &[])), None);
+        assert_eq!(confidence(&step(None, &[])), Some(0.0));
     }
 }

@@ -35,11 +35,12 @@ impl TrialRunner for Reckoner<'_> {
     fn play(&self, trial: &[usize], start: Option<Pose>, _: &mut Stream) -> Result<Vec<Step>> {
         let odometry = |k: usize| self.0.observation(k).odometry;
         let reckoned = |&k: &usize| {
-            let place =
+            let pose =
                 start.map(|start| start.after(odometry(trial[0]).displacement_to(&odometry(k))));
             Step {
-                estimate: place.map(|place| Estimate::Place([place.x_m, place.y_m])),
-                posterior: Vec::new(),
+                estimate: pose.map(|pose| Estimate::Place([pose.x_m, pose.y_m])),
+                heading_rad: pose.map(|pose| pose.heading_rad),
+                ..Step::default()
             }
         };
         Ok(trial.iter().map(reckoned).collect())

@@ -131,6 +131,9 @@ fn sound(
                 localiser.places()
             ));
         }
+        if step.heading_rad.is_some_and(|heading| !heading.is_finite()) {
+            return Err("a heading that is not finite; expected radians, or none".into());
+        }
         let sum: f64 = step.posterior.iter().map(|(_, p)| p).sum();
         let mut probable = step.posterior.iter();
         let is_posterior = probable.all(|(place, p)| finite(place) && (0.0..=1.0).contains(p));

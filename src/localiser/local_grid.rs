@@ -205,7 +205,8 @@ impl TrialRunner for Corrector<'_> {
             }
             Step {
                 estimate: Some(Estimate::Place([pose.x_m, pose.y_m])),
-                posterior: Vec::new(),
+                heading_rad: Some(pose.heading_rad),
+                ..Step::default()
             }
         };
         Ok(trial.iter().map(step).collect())

@@ -77,6 +77,8 @@ pub type Probable = ([f64; 2], f64);
 pub struct Step {
     /// Its answer; `None`: it knows no place that would fit.
     pub estimate: Option<Estimate>,
+    /// The heading that goes with it, in radians, in the frame of the recording's poses; `None` where it gives none.
+    pub heading_rad: Option<f64>,
     /// How probable it holds which places: probabilities sum to 1, a place may come more than once. Empty where the
     /// localiser has no such opinion.
     pub posterior: Vec<Probable>,
@@ -101,6 +103,17 @@ pub trait Localiser: Send + Sync {
     /// Is that pose a help that it can do without? Then it is given where the start counts as known, and else it is lost.
     fn can_start_anywhere(&self) -> bool {
         !self.asks_for_the_start()
+    }
+
+    /// Power that it takes the likelihood of what its sensors say to; `None` where it has no such constant.
+    fn evidence_scale(&self) -> Option<f64> {
+        None
+    }
+
+    /// The same localiser with another such power, for whoever tunes it; `None` where there is none, or its constants state it.
+    fn with_evidence_scale(&self, scale: f64) -> Option<Box<dyn Localiser + '_>> {
+        let _ = scale;
+        None
     }
 
     /// Does it never look at its sensors? Then, once its estimate is outside of all mapped places, it counts as outside

@@ -25,6 +25,7 @@ use crate::{
     recording::{Channel, Recording},
     seed::Stream,
 };
+use config::USUAL_SCALE;
 use kld::Bins;
 use particles::Particles;
 use rand::RngExt;
@@ -71,6 +72,8 @@ pub struct MonteCarlo {
     motion: OdometryMotion,
     grid: Arc<Grid>,
     config: MonteCarloConfig,
+    /// Power of a scan's evidence.
+    scale: f64,
     /// The range sensors that the map was made with, where it takes no others.
     sensors: Option<Vec<Channel>>,
 }
@@ -97,6 +100,7 @@ impl MonteCarlo {
             field,
             motion: motion.checked()?,
             grid,
+            scale: config.evidence_scale.unwrap_or(USUAL_SCALE),
             config,
             sensors: None,
         })
@@ -193,6 +197,19 @@ impl Localiser for MonteCarlo {
 
     fn can_start_anywhere(&self) -> bool {
         true
+    }
+
+    fn evidence_scale(&self) -> Option<f64> {
+        Some(self.scale)
+    }
+
+    fn with_evidence_scale(&self, scale: f64) -> Option<Box<dyn Localiser + '_>> {
+        let is_stated = self.config.evidence_scale.is_some();
+        let scaled = || Self {
+            scale,
+            ..self.clone()
+        };
+        (!is_stated).then(|| Box::new(scaled()) as Box<dyn Localiser>)
     }
 
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {
@@ -295,27 +312,39 @@ impl<'a> Robot<'a> {
             self.weigh(beams);
         }
         let posterior = self.particles.posterior();
-        let place = particles::heaviest_place(&posterior, self.monte_carlo.config.kld_bin_m);
+        let MonteCarloConfig {
+            kld_bin_m,
+            kld_bin_rad,
+            ..
+        } = self.monte_carlo.config;
+        let place = particles::heaviest_place(&posterior, kld_bin_m);
+        // Of the particles whose mean the place is, or nearly: those in its bin and the neighbours.
+        let about = |place| {
+            let radius_m = 1.5 * kld_bin_m;
+            self.particles.heading_about(place, radius_m, kld_bin_rad)
+        };
+        let heading_rad = place.and_then(about);
         if !beams.is_empty() {
             self.draw_anew(stream);
         }
         Ok(Step {
             estimate: place.map(Estimate::Place),
+            heading_rad,
             posterior,
         })
     }
 
     fn weigh(&mut self, beams: &[Beam]) {
-        let MonteCarlo { field, config, .. } = self.monte_carlo;
+        let MonteCarlo { field, scale, .. } = self.monte_carlo;
         let poses = self.particles.poses().par_iter();
         let log_likelihood: Vec<f64> = poses
             .with_min_len(PARTICLES_A_TASK)
-            .map(|pose| config.evidence_scale * field.log_likelihood(pose, beams))
+            .map(|pose| scale * field.log_likelihood(pose, beams))
             .collect();
         let log_predictive = self.particles.correct(&log_likelihood);
         // w_avg of table 8.3, but of one beam, as the geometric mean over all: whole scans differ by tens of powers of ten,
         // and by how many beams came back.
-        let counted = config.evidence_scale * beams.len() as f64;
+        let counted = scale * beams.len() as f64;
         self.recovery.add((log_predictive / counted).exp());
     }
 

@@ -55,7 +55,7 @@ impl TrialRunner for Answers {
         let step = |&k: &usize| {
             Ok(Step {
                 estimate: self.0.get(k)?.map(Estimate::Class),
-                posterior: Vec::new(),
+                ..Step::default()
             })
         };
         trial.iter().map(step).collect()

@@ -34,10 +34,12 @@ impl Sites {
         self.0[cell % self.0.len()]
     }
 
-    /// What a localiser with this belief says: the place of its mode, and how probable each place is.
+    /// What a localiser with this belief says: the place and heading of its mode, and how probable each place is.
     pub fn step(&self, belief: &Belief) -> Step {
+        let is_plane = matches!(**belief.places(), Places::Plane(_));
         Step {
             estimate: Some(Estimate::Place(self.place(belief.mode()))),
+            heading_rad: is_plane.then(|| belief.mode_heading_rad()),
             posterior: self.posterior(belief),
         }
     }

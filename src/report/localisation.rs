@@ -1,7 +1,10 @@
 //! What localisation trials gave, for readers: one table, the curves as CSV, and their picture.
 
+mod best_rival;
+mod risk_plot;
 mod trial_figures;
 
+pub use risk_plot::risk_coverage_plot;
 pub use trial_figures::{paired, risk_coverage};
 
 use super::{Cell, Curve, Table, line_plot};
@@ -9,7 +12,7 @@ use crate::{
     error::Result,
     experiment::localisation::{MethodResult, Record},
 };
-use trial_figures::{extra_figures, extra_headers};
+use trial_figures::{COUNTS, counts, extra_figures, extra_headers};
 
 /// One row a method.
 pub fn table(record: &Record) -> Table {
@@ -39,19 +42,27 @@ pub fn table(record: &Record) -> Table {
                 .map(|h| 100.0 * h.score.error_reduction);
             row.push(Cell::number(reduction, 1));
         }
-        row.push(Cell::number(result.recall_1m.map(|share| 100.0 * share), 0));
         let global = &result.global;
-        row.push(Cell::Number(100.0 * global.converged_fraction, 0));
-        row.push(Cell::number(global.distance_to_converge_m, 1));
+        let mut figure = |value: Option<f64>, decimals: usize, is_uncertain: bool| match value {
+            Some(value) if is_uncertain => {
+                is_marked = true;
+                Cell::Uncertain(value, decimals)
+            }
+            value => Cell::number(value, decimals),
+        };
+        let recall = result.recall_1m.map(|share| 100.0 * share);
+        row.push(figure(recall, 0, result.recall_is_uncertain()));
+        let found = Some(100.0 * global.converged_fraction);
+        row.push(figure(found, 0, global.is_uncertain));
+        row.push(figure(
+            global.distance_to_converge_m,
+            1,
+            global.is_uncertain,
+        ));
         for summary in [global, &result.tracking] {
             let at = summary.reported();
-            row.push(match at {
-                Some(at) if at.is_uncertain() => {
-                    is_marked = true;
-                    Cell::Uncertain(at.expected_error_m, 2)
-                }
-                at => Cell::number(at.map(|at| at.expected_error_m), 2),
-            });
+            let is_uncertain = at.is_some_and(|at| at.is_uncertain());
+            row.push(figure(at.map(|at| at.expected_error_m), 2, is_uncertain));
         }
         let kilobytes = result.robot_bytes.map(|bytes| bytes as f64 / 1000.0);
         row.push(Cell::number(kilobytes, 1));
@@ -85,8 +96,12 @@ pub fn table(record: &Record) -> Table {
         table.caption(line);
     }
     if is_marked {
-        table
-            .caption("* over fewer than 10 trials, or those of a single run or stretch: uncertain");
+        table.caption(
+            "* over fewer than 10 trials or snapshots, or those of a single run or stretch: uncertain",
+        );
+    }
+    if let Some(line) = best_rival::in_words(record) {
+        table.caption(line);
     }
     table
 }
@@ -124,6 +139,7 @@ pub fn figures(record: &Record) -> Table {
         "robot_bytes",
     ];
     headers.extend(alone.map(String::from));
+    headers.extend(COUNTS.map(String::from));
     let mut table = Table::new(headers);
     for result in &record.results {
         let mut row = vec![Cell::Text(result.name.clone())];
@@ -154,6 +170,7 @@ pub fn figures(record: &Record) -> Table {
         for bytes in [result.bytes_per_place, result.robot_bytes] {
             row.push(bytes.map_or(Cell::Missing, |bytes| Cell::Count(bytes as u64)));
         }
+        row.extend(counts(record, result));
         table.row(row);
     }
     table
@@ -170,6 +187,8 @@ pub fn curves(record: &Record) -> Table {
         "low95_m",
         "high95_m",
         "trials",
+        "point_low95_m",
+        "point_high95_m",
     ]);
     for result in &record.results {
         for (start, summary) in [("anywhere", &result.global), ("known", &result.tracking)] {
@@ -183,6 +202,8 @@ pub fn curves(record: &Record) -> Table {
                     Cell::number(row.ci95_m.map(|ci| ci[0]), 4),
                     Cell::number(row.ci95_m.map(|ci| ci[1]), 4),
                     Cell::Count(row.trials as u64),
+                    Cell::number(row.point_ci95_m.map(|ci| ci[0]), 4),
+                    Cell::number(row.point_ci95_m.map(|ci| ci[1]), 4),
                 ]);
             }
         }

@@ -6,10 +6,12 @@
 //! 0 on average for responses that are independent of the location, [`permutation_p`] says how likely chance reaches the table's value,
 //! and [`Interval`] how far another sample of trials may differ. Where a location is a place in the plane, [`Binning`] makes
 //! a label of it. [`Responses`] are read from a CSV file of any system's, and a [`Verdict`] says all this of them. Who answers with probabilities is judged by [`PosteriorScore`]; whether one system is better than another,
-//! [`PairedT`] says, and [`holm`] whether it still is among many.
+//! [`PairedT`] says, and [`holm`] whether it still is among many. A
+//! [`ClusteredMean`] has an interval over runs or stretches, since trials of one stretch resemble each other.
 
 mod binning;
 mod bootstrap;
+mod clustered;
 mod contingency;
 mod correction;
 mod holm;
@@ -22,6 +24,8 @@ mod verdict;
 
 pub use binning::Binning;
 pub use bootstrap::Interval;
+pub use clustered::{ClusteredMean, FEW};
+pub(crate) use clustered::{intervals, percentiles};
 pub use contingency::{Contingency, Counts};
 pub use correction::{corrected_coefficient, expected_mutual_information, permutation_p};
 pub use holm::holm;

@@ -175,8 +175,23 @@ fn any_system_plays_and_who_cannot_is_named_in_its_cell() {
         "error-by-distance.csv",
         "error-by-distance.svg",
         "tracking-error.svg",
+        "risk-coverage.csv",
+        "risk-coverage.svg",
+        "paired-trials.csv",
     ] {
         assert_eq!(read("one", file), read("two", file), "{file}");
+    }
+    // Particles: their evidence is tuned, their answers have a heading; and all have the time of a step.
+    let written: Value = serde_json::from_str(&read("one", "comparison.json")).unwrap();
+    let results = &written["localisation"]["records"][0]["done"]["results"];
+    let particles = figures(results, "monte_carlo");
+    for key in ["evidence_scale", "heading_within_5deg"] {
+        assert!(particles[key].is_number(), "{key}: {particles}");
+    }
+    let step_ms = &written["timing"]["localisation"][0]["step_ms"];
+    for name in ["monte_carlo", "nearest", "dead_reckoning", "responses"] {
+        let ms = step_ms[name].as_f64();
+        assert!(ms.is_some_and(|ms| ms > 0.0), "{name}: {step_ms}");
     }
     // The same tables from the record alone.
     place.ballmark(&[

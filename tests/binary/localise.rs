@@ -56,6 +56,9 @@ fn every_contender_is_in_the_table_and_in_the_json() {
         "{}",
         table.stdout
     );
+    for words in ["* over fewer than 10 trials", "the robot is found"] {
+        assert!(table.stdout.contains(words), "{words}: {}", table.stdout);
+    }
     let json = place.ballmark(&[
         "localise",
         "m.safetensors",
@@ -88,6 +91,14 @@ fn every_contender_is_in_the_table_and_in_the_json() {
         "heading_within_5deg_ci95",
         "coverage",
         "risk_coverage",
+        "risk_coverage_area_m",
+        "risk_coverage_area_m_ci95",
+        "point_error_at_10m_m",
+        "point_error_at_10m_m_ci95",
+        "tracked_point_error_m",
+        "tracked_point_error_m_ci95",
+        "recall_snapshots",
+        "units",
     ];
     let systems = result["systems"].as_array().unwrap();
     let named = |name: &str| {
@@ -132,6 +143,12 @@ fn every_contender_is_in_the_table_and_in_the_json() {
         let success = levels("success_at_end", "share")[3];
         assert!((levels("risk_coverage", "within_1m")[0] - success).abs() < 1e-12);
         assert!(contender["heading_within_5deg"].is_null()); // along a route
+        assert!(rows("success_at_end")[0]["share_within_5deg"].is_null());
+        let risk = rows("risk_coverage");
+        let error_m = risk[0]["point_error_m"].as_f64().unwrap();
+        let ends = &risk[0]["point_error_m_ci95"];
+        assert!(ends[0].as_f64() <= Some(error_m) && Some(error_m) <= ends[1].as_f64());
+        assert_eq!(contender["is_uncertain"], true); // four trials
         let row = &contender["error_by_distance"][1];
         assert_eq!(row["distance_m"], 0.5);
         let (mean, interval) = (row["expected_error_m"].as_f64().unwrap(), &row["ci95_m"]);
@@ -146,9 +163,16 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     assert_eq!(tests.len(), judged.count() - 1);
     for test in tests {
         assert_eq!(test["against"], systems[0]["name"]);
-        assert!(test["found_difference"].is_number(), "{test}");
+        for figure in ["found_difference", "distance_difference_m"] {
+            assert!(test[figure].is_number(), "{figure}: {test}");
+            assert!(
+                test[format!("{figure}_ci95")].is_array(),
+                "{figure}: {test}"
+            );
+        }
+        assert_eq!(test["trials"], 4);
         // Four trials are too few.
-        for key in ["p", "p_holm", "p_found", "p_found_holm"] {
+        for key in ["p", "p_holm", "p_found", "p_found_holm", "p_distance_holm"] {
             assert_eq!(
                 test.get(key),
                 Some(&serde_json::Value::Null),
@@ -208,6 +232,7 @@ fn every_contender_is_in_the_table_and_in_the_json() {
         "localisation.csv",
         "paired.csv",
         "risk_coverage.csv",
+        "risk_coverage.svg",
         "tracking_error.svg",
     ];
     for file in files {
@@ -380,7 +405,7 @@ fn the_demo_goes_all_the_way() {
         .done()
         .stdout
         .lines()
-        .filter(|l| l.starts_with("4 learned, "))
+        .filter(|l| l.starts_with("4 learned, ") && !l.contains(" against "))
         .collect();
     // Of each prior: alone, with the map, with the field of the readings.
     assert_eq!(lines.len(), 6, "{}", answer.stdout);

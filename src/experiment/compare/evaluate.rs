@@ -71,6 +71,8 @@ impl Evaluator<'_, '_> {
                 Ok(context) => self.localisation(&systems, context),
                 Err(fault) => Err(Error::work(fault.to_string())),
             };
+            let times = played.as_ref().map(|record| record.timing.clone());
+            timing.localisation.push(times.unwrap_or_default());
             section.records.push(match played {
                 Ok(record) => Outcome::Done(record),
                 Err(fault) => Outcome::Failed {

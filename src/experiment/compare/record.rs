@@ -209,6 +209,9 @@ pub struct Timing {
     pub seconds: f64,
     /// Of each recogniser on each dataset of `recognition`: one pattern compared with a snapshot, `[system][dataset]`.
     pub seconds_per_match: Vec<Vec<Option<f64>>>,
+    /// Of the systems in localisation trials, on each dataset.
+    #[serde(default)]
+    pub localisation: Vec<localisation::Timing>,
 }
 
 impl ComparisonRecord {

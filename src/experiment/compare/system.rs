@@ -5,7 +5,7 @@ use crate::{
     error::{Error, Result},
     experiment::{
         filter_config::FilterConfig, method::Method, method_localiser::FilterLocaliser,
-        methods::MethodContext,
+        methods::MethodContext, sequences::evidence_scale,
     },
     learning::Recipe,
     localiser::{Localiser, LocaliserConfig, memoryless::AsLocaliser},
@@ -133,7 +133,17 @@ impl System {
                 mapping.sort_unstable();
                 let localiser = config.learn(recording, &mapping, context.seed())?;
                 localiser.check_channels(context.parts.run.channels())?;
-                Ok(context.localiser(name, name, localiser))
+                // The validation part, which its evidence is tuned on, must not be what it learned from.
+                let is_tuned = localiser.with_evidence_scale(1.0).is_some();
+                let tuned = is_tuned.then(|| {
+                    let alone = config.learn(recording, training, context.seed())?;
+                    evidence_scale(&context.localiser(name, name, alone), context)
+                });
+                let tuned = tuned.transpose()?.flatten();
+                Ok(Method {
+                    evidence_scale: tuned.map(|tuned| tuned.scale),
+                    ..context.localiser(name, name, localiser)
+                })
             }
             System::Detector(config) => {
                 let detector = config.fit(recording, training)?;

@@ -80,6 +80,7 @@ impl<F: Fn(usize, usize) -> Option<Estimate> + Sync> TrialRunner for Reader<'_, 
             Step {
                 estimate,
                 posterior,
+                ..Step::default()
             }
         };
         Ok(trial.iter().enumerate().map(step).collect())

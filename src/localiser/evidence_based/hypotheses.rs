@@ -124,6 +124,7 @@ impl<'a> Hypotheses<'a> {
         Step {
             estimate: self.answer.map(Estimate::Class),
             posterior: self.set.iter().map(probable).collect(),
+            ..Step::default()
         }
     }
 

@@ -365,6 +365,7 @@ enum Broken {
     Lazy,
     /// Probabilities that sum to 2.
     TooProbable,
+    TurnedByNaN,
 }
 
 impl Constants for Broken {
@@ -426,6 +427,7 @@ impl TrialRunner for (&Broken, &Recording) {
                 Step {
                     estimate: Some(Estimate::Place(place)),
                     posterior,
+                    heading_rad: matches!(broken, Broken::TurnedByNaN).then_some(f64::NAN),
                 }
             })
             .collect();
@@ -445,6 +447,7 @@ fn the_public_check_names_the_law_that_is_broken() {
         (Broken::LooksAhead, "later snapshots"),
         (Broken::Lazy, "39 answers to a trial of 40"),
         (Broken::TooProbable, "with sum 2"),
+        (Broken::TurnedByNaN, "a heading that is not finite"),
     ] {
         let error = check(&broken, &room, &first_lap(), &trial)
             .unwrap_err()

@@ -8,7 +8,10 @@ use crate::{
 };
 use rand::RngExt;
 use rand_distr::StandardNormal;
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    f64::consts::{FRAC_PI_2, TAU},
+};
 
 /// Particles that hold less than this share of the heaviest one's weight are left out of the posterior.
 const NEGLIGIBLE: f64 = 1e-9;
@@ -118,6 +121,40 @@ impl Particles {
             let drawn = up_to.partition_point(|&up_to| up_to <= at);
             self.poses[drawn.min(self.poses.len() - 1)]
         })
+    }
+
+    /// Heading of the particles no farther than `radius_m` from a place: the circular mean, by their weights, of those within
+    /// a quarter turn of the bin, this wide, that holds the most probability together with its two neighbours. So two headings
+    /// as probable are not averaged. None where there is no such particle.
+    pub(super) fn heading_about(
+        &self,
+        place: [f64; 2],
+        radius_m: f64,
+        bin_rad: f64,
+    ) -> Option<f64> {
+        let near = || {
+            let all = self.poses.iter().zip(&self.weights);
+            all.filter(|(p, _)| (p.x_m - place[0]).hypot(p.y_m - place[1]) <= radius_m)
+        };
+        let count = (TAU / bin_rad).ceil().max(1.0) as usize;
+        let width_rad = TAU / count as f64;
+        let mut bins = vec![0.0; count];
+        for (pose, weight) in near() {
+            let bin = (pose.heading_rad.rem_euclid(TAU) / width_rad) as usize;
+            bins[bin % count] += weight;
+        }
+        let around =
+            |bin: usize| bins[(bin + count - 1) % count] + bins[bin] + bins[(bin + 1) % count];
+        let heaviest = (0..count).max_by(|&a, &b| around(a).total_cmp(&around(b)))?;
+        let about_rad = (heaviest as f64 + 0.5) * width_rad;
+        let (mut sin, mut cos) = (0.0, 0.0);
+        for (pose, weight) in near() {
+            if wrapped(pose.heading_rad - about_rad).abs() <= FRAC_PI_2 {
+                sin += weight * pose.heading_rad.sin();
+                cos += weight * pose.heading_rad.cos();
+            }
+        }
+        (sin.hypot(cos) > 0.0).then(|| sin.atan2(cos))
     }
 
     /// The places of the particles that hold probability to speak of.

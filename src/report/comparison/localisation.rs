@@ -31,7 +31,7 @@ fn records(record: &ComparisonRecord) -> Vec<(usize, String, &Record)> {
     .collect()
 }
 
-/// A table to look at a dataset, and two for programs.
+/// A table to look at a dataset, and others for programs.
 pub(super) fn sheets(record: &ComparisonRecord) -> Vec<Sheet> {
     let sheets = records(record)
         .into_iter()
@@ -62,6 +62,18 @@ pub(super) fn sheets(record: &ComparisonRecord) -> Vec<Sheet> {
                     tables::curves(record_of),
                     Reader::Programs,
                 ),
+                sheet(
+                    "risk-coverage",
+                    "Error that is left where the least sure trials are rejected",
+                    tables::risk_coverage(record_of),
+                    Reader::Programs,
+                ),
+                sheet(
+                    "paired-trials",
+                    "Every other system against the first, over the same trials",
+                    tables::paired(record_of),
+                    Reader::Programs,
+                ),
             ]
         });
     sheets.flatten().collect()
@@ -80,6 +92,8 @@ pub(super) fn pictures(record: &ComparisonRecord) -> Result<Vec<Picture>> {
             let plot = tables::error_plot(&title, localised, known)?;
             pictures.push((format!("{file}{ending}"), plot));
         }
+        let plot = tables::risk_coverage_plot(&format!("{name}: start anywhere"), localised)?;
+        pictures.push((format!("risk-coverage{ending}"), plot));
     }
     Ok(pictures)
 }

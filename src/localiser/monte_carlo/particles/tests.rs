@@ -133,3 +133,20 @@ fn the_heaviest_place_is_one_of_two_and_not_between_them() {
     assert!((x_m - 0.09 / 0.4).abs() < 1e-12 && (y_m - 0.1).abs() < 1e-12);
     assert_eq!(heaviest_place(&[], 0.5), None);
 }
+
+#[test]
+fn the_heading_is_of_the_heaviest_cluster_at_the_place() {
+    let particle = |x_m: f64, heading_rad: f64| Pose::new(x_m, 0.0, heading_rad);
+    let poses = vec![
+        particle(0.0, 0.1),
+        particle(0.2, -0.1), // on the other side of a border between bins
+        particle(0.1, 3.0),
+        particle(5.0, 1.0),
+    ];
+    let weights = vec![0.2, 0.2, 0.25, 0.35];
+    let particles = Particles { poses, weights };
+    let heading = |x_m: f64| particles.heading_about([x_m, 0.0], 0.75, 10_f64.to_radians());
+    assert!(heading(0.1).unwrap().abs() < 1e-12, "{:?}", heading(0.1));
+    assert!((heading(5.0).unwrap() - 1.0).abs() < 1e-12);
+    assert_eq!(heading(2.5), None);
+}
