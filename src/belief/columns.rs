@@ -1,6 +1,11 @@
 //! Neighbours along the columns of a lattice, in stretches of rows: so columns are blurred a row at a time.
 
-use super::{kernel::Kernel, lattice::Lattice, support::Layer};
+use super::{
+    combination::{self, Part, combine},
+    kernel::Kernel,
+    lattice::{Lattice, Run},
+    support::Layer,
+};
 use std::ops::Range;
 
 /// Which sites lie in one column without a gap between them.
@@ -9,57 +14,85 @@ pub(super) struct Columns {
     /// Number of sites between each site and the next gap, to the north and to the south.
     north: Vec<u32>,
     south: Vec<u32>,
-    /// All pairs of sites up to `reach` rows apart.
-    links: Vec<Link>,
+    /// The smallest of these in each run.
+    least: Vec<u32>,
+    /// For each run, all others that reach it within `reach` rows.
+    links: Vec<Vec<Link>>,
     reach: usize,
 }
 
-/// Neighbouring sites of one run, and as many of another run that lie `distance` rows to the north of them.
+/// Neighbouring sites of one run, and as many of another that lie `distance` rows away from them.
 #[derive(Debug, Clone)]
 struct Link {
     distance: usize,
-    south: Range<usize>,
-    south_run: usize,
-    north: Range<usize>,
-    north_run: usize,
+    sites: Range<usize>,
+    other: Range<usize>,
+    other_run: usize,
+}
+
+impl Link {
+    /// The same from the other run's side.
+    fn reversed(&self, run: usize) -> Self {
+        Self {
+            distance: self.distance,
+            sites: self.other.clone(),
+            other: self.sites.clone(),
+            other_run: run,
+        }
+    }
 }
 
 impl Columns {
     /// Pairs of sites up to `reach` rows apart.
     pub(super) fn new(lattice: &Lattice, reach: usize) -> Self {
         let (mut next, mut cursor) = (Vec::new(), 0);
-        for (number, run) in lattice.runs().iter().enumerate() {
+        for run in lattice.runs() {
             let mut links = Vec::new();
             let columns = run.column..run.end_column();
             for (north_run, offset, north) in lattice.overlaps(&mut cursor, run.row + 1, columns) {
                 let from = run.sites.start + offset;
                 links.push(Link {
                     distance: 1,
-                    south: from..from + north.len(),
-                    south_run: number,
-                    north,
-                    north_run,
+                    sites: from..from + north.len(),
+                    other: north,
+                    other_run: north_run,
                 });
             }
             next.push(links);
         }
         let (mut north, mut south) = (vec![0; lattice.len()], vec![0; lattice.len()]);
         for link in next.iter().flatten() {
-            for (s, n) in link.south.clone().zip(link.north.clone()) {
+            for (s, n) in link.sites.clone().zip(link.other.clone()) {
                 south[n] = south[s] + 1;
             }
         }
         for link in next.iter().rev().flatten() {
-            for (s, n) in link.south.clone().zip(link.north.clone()) {
+            for (s, n) in link.sites.clone().zip(link.other.clone()) {
                 north[s] = north[n] + 1;
             }
         }
+        let mut links: Vec<Vec<Link>> = (0..next.len())
+            .map(|run| links_of_run(&next, run, reach))
+            .collect();
+        // From north to south, so that a run still has only its links to the north.
+        for run in (0..links.len()).rev() {
+            for number in 0..links[run].len() {
+                let link = &links[run][number];
+                let (other_run, reversed) = (link.other_run, link.reversed(run));
+                links[other_run].push(reversed);
+            }
+        }
+        let least = |run: &Run| {
+            let free = north[run.sites.clone()]
+                .iter()
+                .chain(&south[run.sites.clone()]);
+            free.copied().min().unwrap_or(0)
+        };
         Self {
+            least: lattice.runs().iter().map(least).collect(),
             north,
             south,
-            links: (0..next.len())
-                .flat_map(|run| links_of_run(&next, run, reach))
-                .collect(),
+            links,
             reach,
         }
     }
@@ -78,25 +111,37 @@ impl Columns {
         source: &Layer,
         target: &mut Layer,
     ) {
-        target.clear();
+        target.forget();
         let spans = lattice.runs().iter().map(|run| source.span(&run.sites));
         let spans: Vec<Range<usize>> = spans.collect();
-        for span in spans.iter().filter(|span| !span.is_empty()) {
-            self.add_what_stays(kernel, span, source, target);
-        }
-        for link in &self.links {
-            if link.distance > kernel.radius() {
-                continue;
+        let mut parts = Vec::new();
+        for (number, span) in spans.iter().enumerate() {
+            parts.clear();
+            if !span.is_empty() {
+                parts.push(Part {
+                    weight: kernel.weight(0),
+                    at: span.start,
+                    masses: source.mass(span.clone()),
+                });
             }
-            let weight = kernel.weight(link.distance);
-            for (run, from, to) in [
-                (link.south_run, &link.south, link.north.start),
-                (link.north_run, &link.north, link.south.start),
-            ] {
-                let part = from.start.max(spans[run].start)..from.end.min(spans[run].end);
+            for link in self.links[number]
+                .iter()
+                .filter(|link| link.distance <= kernel.radius())
+            {
+                let span = &spans[link.other_run];
+                let part = link.other.start.max(span.start)..link.other.end.min(span.end);
                 if !part.is_empty() {
-                    let at = to + (part.start - from.start);
-                    target.add(at, source.mass(part), weight);
+                    parts.push(Part {
+                        weight: kernel.weight(link.distance),
+                        at: link.sites.start + (part.start - link.other.start),
+                        masses: source.mass(part),
+                    });
+                }
+            }
+            if let Some(stretch) = combination::reach(&parts) {
+                combine(&parts, stretch.start, target.mass_mut(stretch.clone()));
+                if (self.least[number] as usize) < kernel.radius() {
+                    self.add_what_stays(kernel, span, source, target);
                 }
             }
         }
@@ -111,25 +156,13 @@ impl Columns {
         source: &Layer,
         target: &mut Layer,
     ) {
-        const TOGETHER: usize = 16;
-        let targets = target.mass_mut(span.clone()).chunks_mut(TOGETHER);
-        let sources = source.mass(span.clone()).chunks(TOGETHER);
+        let targets = target.mass_mut(span.clone()).iter_mut();
+        let masses = targets.zip(source.mass(span.clone()));
         let free = self.north[span.clone()]
-            .chunks(TOGETHER)
-            .zip(self.south[span.clone()].chunks(TOGETHER));
-        for ((targets, sources), (north, south)) in targets.zip(sources).zip(free) {
-            let least = north.iter().chain(south).min();
-            let masses = targets.iter_mut().zip(sources);
-            if least.is_some_and(|&least| least as usize >= kernel.radius()) {
-                for (t, s) in masses {
-                    *t += kernel.weight(0) * s;
-                }
-            } else {
-                for ((t, s), (&n, &south)) in masses.zip(north.iter().zip(south)) {
-                    let beyond = kernel.beyond(n as usize) + kernel.beyond(south as usize);
-                    *t += (kernel.weight(0) + beyond) * s;
-                }
-            }
+            .iter()
+            .zip(&self.south[span.clone()]);
+        for ((t, s), (&north, &south)) in masses.zip(free) {
+            *t += (kernel.beyond(north as usize) + kernel.beyond(south as usize)) * s;
         }
     }
 }
@@ -145,18 +178,17 @@ fn links_of_run(next: &[Vec<Link>], run: usize, reach: usize) -> Vec<Link> {
         let last = links.len();
         for number in first..last {
             let link = links[number].clone();
-            for on in &next[link.north_run] {
-                let start = on.south.start.max(link.north.start);
-                let end = on.south.end.min(link.north.end);
+            for on in &next[link.other_run] {
+                let start = on.sites.start.max(link.other.start);
+                let end = on.sites.end.min(link.other.end);
                 if start < end {
-                    let from = link.south.start + (start - link.north.start);
-                    let to = on.north.start + (start - on.south.start);
+                    let from = link.sites.start + (start - link.other.start);
+                    let to = on.other.start + (start - on.sites.start);
                     links.push(Link {
                         distance,
-                        south: from..from + (end - start),
-                        south_run: run,
-                        north: to..to + (end - start),
-                        north_run: on.north_run,
+                        sites: from..from + (end - start),
+                        other: to..to + (end - start),
+                        other_run: on.other_run,
                     });
                 }
             }

@@ -8,6 +8,7 @@ pub mod bayes;
 #[allow(clippy::module_inception)] // the room's main noun is its name
 pub mod belief;
 mod columns;
+mod combination;
 mod correction;
 pub mod evidence;
 pub mod grid;

@@ -113,14 +113,6 @@ impl<'a> Layer<'a> {
         self.held.fill(false);
     }
 
-    /// Makes all masses 0; the blocks stay held.
-    pub(super) fn clear(&mut self) {
-        let blocks = self.mass.chunks_mut(BLOCK).zip(self.held.iter());
-        for (masses, _) in blocks.filter(|(_, held)| **held) {
-            masses.fill(0.0);
-        }
-    }
-
     /// Becomes a copy of another layer.
     pub(super) fn copy_from(&mut self, other: &Layer) {
         self.held.copy_from_slice(other.held);
