@@ -135,7 +135,7 @@ impl Scans<'_> {
                     let (sin, cos) = (pose.heading_rad + beam.bearing_rad).sin_cos();
                     all += 1;
                     let end = [pose.x_m + range_m * cos, pose.y_m + range_m * sin];
-                    near += u32::from(ends.from_occupied_m(end) <= NEAR_M);
+                    near += u32::from(ends.off_occupied_m(end) <= NEAR_M);
                 }
             }
         }
@@ -188,7 +188,7 @@ impl Ends<'_> {
         }
     }
 
-    fn from_occupied_m(&self, at: [f64; 2]) -> f64 {
+    fn off_occupied_m(&self, at: [f64; 2]) -> f64 {
         let [column, row] =
             [0, 1].map(|axis| ((at[axis] - self.origin_m[axis]) / self.cell_m).floor());
         if !(column >= 0.0 && column < self.width as f64 && row >= 0.0) {
