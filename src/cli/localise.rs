@@ -46,6 +46,10 @@ pub struct Arguments {
     /// model learned from draw it.
     #[arg(long, value_name = "MAP.yaml")]
     map: Option<PathBuf>,
+    /// Share of the range beams of every unseen snapshot that people are in the way of (0 to 1): stretches of 3° to 20° end
+    /// before what they met.
+    #[arg(long, value_name = "SHARE")]
+    people: Option<f64>,
     /// Number of trials.
     #[arg(long, value_name = "N")]
     trials: Option<usize>,
@@ -66,6 +70,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     config.seed = Some(arguments.seed.unwrap_or(config.seed().0));
     config.evidence = arguments.evidence.unwrap_or(config.evidence);
     config.map = arguments.map.unwrap_or(config.map);
+    config.people = arguments.people.unwrap_or(config.people);
     config.check()?;
     if !config.map.as_os_str().is_empty() {
         RosMap::read(&config.map)?; // one that is none fails now
@@ -104,8 +109,16 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             "note: the dataset's odometry repeats its poses, so whatever odometry carries is flattered",
         );
     }
+    let (crowded, among_people);
+    let parts = if config.people > 0.0 {
+        crowded = recording.with_people(&parts.unseen, config.people, config.seed())?;
+        among_people = parts.instead(&crowded);
+        &among_people
+    } else {
+        &parts
+    };
     let started = Instant::now();
-    let record = play(&models, &parts, &config).map_err(in_dataset)?;
+    let record = play(&models, parts, &config).map_err(in_dataset)?;
     let seconds = started.elapsed().as_secs_f64();
     if let Some(folder) = &arguments.out {
         write_report(folder, "Localisation on unseen runs", &record)?;
@@ -117,8 +130,12 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         print(&format!("{}\n", json(&record, seconds)?))?;
     } else {
         let mut table = tables::table(&record);
+        let people = match config.people {
+            0.0 => String::new(),
+            share => format!("people before {:.0} % of the beams, ", 100.0 * share),
+        };
         table.caption(format!(
-            "belief over {} cells, {} evidence, seed {}, {seconds:.1} s",
+            "{people}belief over {} cells, {} evidence, seed {}, {seconds:.1} s",
             record.cells,
             config.evidence,
             config.seed().0

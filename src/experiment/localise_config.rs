@@ -45,6 +45,14 @@ pub struct LocaliseConfig {
     /// by the scans that the models learned from.
     #[serde(skip_serializing_if = "is_empty")]
     pub map: PathBuf,
+    /// Share of the range beams of every unseen snapshot that people are in the way of, 0 to 1: stretches of 3° to 20° that end
+    /// before what they met. What was learned from, and what evidence is tuned on, stays as it was.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub people: f64,
+}
+
+fn is_zero(share: &f64) -> bool {
+    *share == 0.0
 }
 
 fn is_empty(path: &Path) -> bool {
@@ -67,6 +75,7 @@ impl Default for LocaliseConfig {
             start_spread_rad: 0.1,
             resamples: 1000,
             map: PathBuf::new(),
+            people: 0.0,
         }
     }
 }
@@ -118,6 +127,9 @@ impl LocaliseConfig {
         }
         if !(self.longest_gap_m.is_finite() && self.longest_gap_m >= 0.0) {
             return wrong("longest_gap_m", "0 or more metres");
+        }
+        if !(0.0..=1.0).contains(&self.people) {
+            return wrong("people", "the share of beams that they hide, 0 to 1");
         }
         if !positive(self.start_spread_m) || !positive(self.start_spread_rad) {
             return wrong(

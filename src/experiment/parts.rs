@@ -11,6 +11,7 @@ use crate::{
 use std::borrow::Cow;
 
 /// Which snapshots a model learned from, and which it never saw.
+#[derive(Clone)]
 pub struct Parts<'a> {
     /// The recording to localise in.
     pub run: &'a Recording,
@@ -25,6 +26,7 @@ pub struct Parts<'a> {
 }
 
 /// The recording that a model learned from.
+#[derive(Clone)]
 pub struct TrainingSource<'a> {
     /// The whole recording.
     pub recording: Cow<'a, Recording>,
@@ -116,6 +118,14 @@ impl<'a> Parts<'a> {
                     .collect(),
                 validation: protocol.validation.clone(),
             }),
+        }
+    }
+
+    /// The same with another recording to localise in: what the unseen snapshots would have been, labels and order as they were.
+    pub fn instead<'b>(&'b self, run: &'b Recording) -> Parts<'b> {
+        Parts {
+            run,
+            ..self.clone()
         }
     }
 

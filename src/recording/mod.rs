@@ -9,6 +9,7 @@ pub mod imported_log;
 mod joined;
 pub mod npz;
 mod one_way;
+mod people;
 pub mod ranges;
 pub mod split;
 pub mod viewpoint;

@@ -207,6 +207,37 @@ fn any_system_plays_and_who_cannot_is_named_in_its_cell() {
 }
 
 #[test]
+fn people_stand_before_what_is_asked_and_not_before_what_is_learned() {
+    let place = workplace();
+    let play = |people: &str| {
+        place.write(
+            "c.toml",
+            format!(
+                "[[dataset]]\nfile = 'hall.npz'\n\
+                 [[system]]\nkind = 'bayes'\nname = 'map'\nlandmarks = 'likelihood_field'\n\
+                 [protocol]\nmapping = 'split'\nsplit = {{ test_fold = 0 }}\n\
+                 [localisation]\ntrials = 4\nresamples = 20\n{people}\n"
+            ),
+        );
+        place.ballmark(&["compare", "c.toml", "--json"])
+    };
+    let result = |people: &str| {
+        let played = play(people);
+        let record = record(&played.done().stdout);
+        figures(
+            &record["localisation"]["records"][0]["done"]["results"],
+            "map",
+        )
+    };
+    let (empty, crowded) = (result(""), result("people = 0.6"));
+    assert_eq!(empty, result("people = 0.0"));
+    assert_eq!(empty["evidence_scale"], crowded["evidence_scale"]);
+    let recall = |figures: &Value| figures["recall_1m"].as_f64().unwrap();
+    assert!(recall(&crowded) < recall(&empty), "{empty} {crowded}");
+    play("people = 1.5").refused(2, &["localisation.people", "0 to 1"]);
+}
+
+#[test]
 fn what_landmarks_may_not_be_is_refused_with_its_line() {
     let place = Workplace::new();
     let refused = |system: &str, parts: &[&str]| {

@@ -68,7 +68,7 @@ impl Evaluator<'_, '_> {
         }
         if let Some(section) = &mut record.localisation {
             let played = match &context {
-                Ok(context) => self.localisation(&systems, context),
+                Ok(context) => self.among_people(&systems, context),
                 Err(fault) => Err(Error::work(fault.to_string())),
             };
             let times = played.as_ref().map(|record| record.timing.clone());
@@ -193,6 +193,27 @@ impl Evaluator<'_, '_> {
             Ok(protocol) => protocol.binning(bin_m),
             Err(fault) => Err(Error::work(fault.to_string())),
         }
+    }
+
+    /// The trials with people in the way of what is tested on, where the section says so.
+    fn among_people(
+        &mut self,
+        systems: &[Result<System>],
+        context: &MethodContext,
+    ) -> Result<localisation::Record> {
+        if context.config.people == 0.0 {
+            return self.localisation(systems, context);
+        }
+        let (parts, config) = (context.parts, context.config);
+        let crowded = parts
+            .run
+            .with_people(&parts.unseen, config.people, config.seed())?;
+        let parts = parts.instead(&crowded);
+        let context = MethodContext {
+            parts: &parts,
+            ..context.clone()
+        };
+        self.localisation(systems, &context)
     }
 
     /// Every system plays the same trials; one that can't be made is left out, with the reason.
