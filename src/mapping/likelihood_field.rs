@@ -9,7 +9,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     geometry::Pose,
-    recording::{Channel, Observation},
+    recording::{Channel, Observation, check_width},
 };
 use serde::{Deserialize, Serialize};
 
@@ -172,13 +172,15 @@ impl LikelihoodField {
     /// The beams of an observation that count: evenly spaced among all, those without return left out.
     ///
     /// # Errors
-    /// Where no channel has ranges with bearings, or a sensor that the field is for is missing.
+    /// Where the observation has not as many values as the channels, no channel has ranges with bearings, or a sensor that the field
+    /// is for is missing.
     pub fn beams(&self, channels: &[Channel], observation: &Observation) -> Result<Vec<Beam>> {
-        let all = self.sensors.beams(channels);
-        let all = all.map_err(|error| error.context("likelihood field"))?;
+        let in_field = |error: Error| error.context("likelihood field");
+        check_width(channels, observation.values.len()).map_err(in_field)?;
+        let all = self.sensors.beams(channels).map_err(in_field)?;
         let beams = thinned(&all, self.beams);
         let returned = beams.iter().filter_map(|beam| {
-            let range_m = f64::from(*observation.values.get(beam.value)?);
+            let range_m = f64::from(observation.values[beam.value]);
             let (sin, cos) = beam.bearing_rad.sin_cos();
             (range_m > 0.0 && range_m.is_finite()).then_some(Beam {
                 ahead_m: range_m * cos,

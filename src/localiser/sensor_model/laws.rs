@@ -12,6 +12,10 @@ use crate::{
         random_projection::RandomProjection,
     },
     geometry::Pose,
+    mapping::{
+        LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig, RangeSensors,
+    },
+    recogniser::test_world::test_world,
     recording::{Channel, Columns},
     seed::Seed,
 };
@@ -109,6 +113,27 @@ fn models(recording: &Recording) -> Vec<Box<dyn SensorModel>> {
     all
 }
 
+/// The models that ask a map: of a room of 9 m by 6 m with a pillar, along its walls.
+fn models_in_a_map(recording: &Recording) -> Vec<Box<dyn SensorModel>> {
+    let all: Vec<usize> = (0..recording.len()).collect();
+    // The sonars of that room are rays.
+    let sensors = RangeSensors::default().as_rays();
+    let config = OccupancyMapConfig {
+        sensors: sensors.clone(),
+        ..OccupancyMapConfig::default()
+    };
+    let map = OccupancyMap::from_scans(recording, &all, &config).unwrap();
+    let poses: Vec<Vec<Pose>> = recording.poses().iter().map(|&pose| vec![pose]).collect();
+    let field = LikelihoodField::new(&map, &LikelihoodFieldConfig::default()).unwrap();
+    let field = LikelihoodFieldModel::at_poses(&Arc::new(field), poses.clone()).unwrap();
+    let config = BeamModelConfig {
+        sensors,
+        ..BeamModelConfig::default()
+    };
+    let beams = BeamModel::at_poses(&map, recording.channels(), &config, poses).unwrap();
+    vec![Box::new(field), Box::new(beams)]
+}
+
 fn posterior(belief: &Belief, log_likelihood: &[f64]) -> Vec<f64> {
     let mut belief = belief.clone();
     bayes::correct(&mut belief, log_likelihood).unwrap();
@@ -117,10 +142,17 @@ fn posterior(belief: &Belief, log_likelihood: &[f64]) -> Vec<f64> {
 
 #[test]
 fn a_live_robot_and_a_recording_get_the_same_answers() {
-    let recording = corridor();
-    let belief = Belief::uniform(&Arc::new(Places::of(&recording))).unwrap();
-    for model in models(&recording) {
-        let prepared = model.prepare(&recording, &[7, 3, 20]).unwrap();
+    let (corridor, room) = (corridor(), test_world());
+    let all = models(&corridor)
+        .into_iter()
+        .map(|model| (model, &corridor));
+    let in_a_map = models_in_a_map(&room)
+        .into_iter()
+        .map(|model| (model, &room));
+    for (model, recording) in all.chain(in_a_map) {
+        let belief = Belief::uniform(&Arc::new(Places::of(recording))).unwrap();
+        let prepared = model.prepare(recording, &[7, 3, 20]).unwrap();
+        let places = recording.len();
         for snapshot in [3, 7, 20] {
             let stream = || Seed(5).stream("drawn features");
             let observation = recording.observation(snapshot);
@@ -132,9 +164,42 @@ fn a_live_robot_and_a_recording_get_the_same_answers() {
             assert!(off.fold(0.0, f64::max) < 1e-5, "{}", model.name());
             // It says something, and the truth is among the likeliest places.
             let likelier = live.iter().filter(|&&mass| mass > live[snapshot]).count();
-            assert!(likelier <= PLACES / 2, "{}: {likelier}", model.name());
-            assert!(live[snapshot] > 1.0 / PLACES as f64, "{}", model.name());
+            assert!(likelier <= places / 2, "{}: {likelier}", model.name());
+            assert!(live[snapshot] > 1.0 / places as f64, "{}", model.name());
         }
+    }
+}
+
+#[test]
+fn odd_readings_in_a_map_give_an_answer_or_an_error_and_never_a_panic() {
+    let room = test_world();
+    let belief = Belief::uniform(&Arc::new(Places::of(&room))).unwrap();
+    let mut stream = Seed(5).stream("not drawn from");
+    for model in models_in_a_map(&room) {
+        for reading in [f32::NAN, f32::INFINITY, -f32::INFINITY, f32::MAX, -3.0] {
+            let values = [reading; 16];
+            let observation =
+                Observation::new(room.channels(), &values, 0.0, Pose::default()).unwrap();
+            let answer = model.log_likelihood(&observation, &belief, &mut stream);
+            let sums = posterior(&belief, &answer.unwrap()).iter().sum::<f64>();
+            assert!((sums - 1.0).abs() < 1e-12, "{}: {reading}", model.name());
+        }
+        let few = Observation {
+            values: ArrayView1::from(&[1.0; 5]),
+            ..room.observation(0)
+        };
+        let error = model.log_likelihood(&few, &belief, &mut stream);
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains("5 values; expected 16"), "{error}");
+        let mut blind = room.channels().to_vec();
+        blind[0].bearing_rad = None;
+        blind[0].name = "camera".into();
+        let other = Observation {
+            channels: &blind,
+            ..room.observation(0)
+        };
+        let error = model.log_likelihood(&other, &belief, &mut stream);
+        assert!(error.is_err(), "{}", model.name());
     }
 }
 
