@@ -152,7 +152,8 @@ fn draw_uncertainty(recipe: &Recipe, random: &mut Stream) -> Uncertainty {
 }
 
 impl TrainingSet<'_> {
-    /// Some training snapshots (by their place in the training part) as seen from beside, with beams dropped; `None` where
+    /// Some training snapshots (by their place in the training part) as seen from beside, with people in the way and beams dropped;
+    /// `None` where
     /// the recipe has none of that or the recording has no scans that could be drawn anew.
     fn seen_from_beside(
         &self,
@@ -163,19 +164,26 @@ impl TrainingSet<'_> {
         let Some(views) = &self.views else {
             return Ok(None);
         };
-        if config.shift_m == 0.0 && config.turn_rad == 0.0 && config.dropped_beams == 0.0 {
+        let AugmentationConfig {
+            shift_m,
+            turn_rad,
+            dropped_beams,
+            people,
+            ..
+        } = *config;
+        if [shift_m, turn_rad, dropped_beams, people] == [0.0; 4] {
             return Ok(None);
         }
         let snapshots: Vec<usize> = truths.iter().map(|&k| self.snapshots[k]).collect();
-        let moves = Moves {
-            shift_m: config.shift_m,
-            turn_rad: config.turn_rad,
-        };
-        let moved = views.drawn(&snapshots, &moves, random)?;
-        if config.dropped_beams == 0.0 {
-            return Ok(Some(moved));
+        let moves = Moves { shift_m, turn_rad };
+        let mut seen = views.drawn(&snapshots, &moves, random)?;
+        if people > 0.0 {
+            seen = seen.with_people_drawn(people, random)?;
         }
-        drop_beams(moved, config.dropped_beams, random).map(Some)
+        if dropped_beams > 0.0 {
+            seen = drop_beams(seen, dropped_beams, random)?;
+        }
+        Ok(Some(seen))
     }
 }
 

@@ -156,6 +156,14 @@ pub struct AugmentationConfig {
     pub turn_rad: f64,
     /// Share of a range scan's beams that come back without return, in blocks as a person in the way makes them.
     pub dropped_beams: f64,
+    /// Most of a range scan's beams that people are in the way of, as a share; how many of each truth's is drawn. Stretches of
+    /// 3° to 20° end before what they met.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub people: f64,
+}
+
+fn is_zero(share: &f64) -> bool {
+    *share == 0.0
 }
 
 /// Which prior uncertainty a truth of a step has: the one stated, or one drawn for it. One set of features then serves
@@ -236,6 +244,7 @@ impl Default for AugmentationConfig {
             shift_m: 0.3,
             turn_rad: 0.2,
             dropped_beams: 0.0,
+            people: 0.0,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Range scans as they would have been with people before the robot: what the plan of a building does not predict.
 
-use super::{Channel, Recording};
+use super::{Channel, Columns, Recording};
 use crate::{
     error::{Error, Result},
     seed::{Seed, Stream},
@@ -42,17 +42,32 @@ impl Recording {
         let mut columns = self.columns().clone();
         for &k in snapshots {
             let mut people = seed.numbered_stream("people in the way", k as u64);
-            let mut row = columns.values.row_mut(k);
-            let mut first = 0;
-            for channel in self.channels() {
-                let own = row.slice_axis_mut(Axis(0), (first..first + channel.width).into());
-                if channel.unit == "m" && channel.bearing_rad.is_some() {
-                    hide(own, channel, share, &mut people);
-                }
-                first += channel.width;
-            }
+            hide_in_row(&mut columns, k, share, &mut people);
         }
         Recording::new(columns)
+    }
+
+    /// The same for all snapshots, each with a share of its own, drawn evenly up to `most`.
+    pub(crate) fn with_people_drawn(self, most: f64, random: &mut Stream) -> Result<Recording> {
+        let mut columns = self.into_columns();
+        for k in 0..columns.values.nrows() {
+            let share = most * random.random_range(0.0..1.0);
+            hide_in_row(&mut columns, k, share, random);
+        }
+        Recording::new(columns)
+    }
+}
+
+/// Puts people before `share` of the beams of every range scan of a snapshot.
+fn hide_in_row(columns: &mut Columns, k: usize, share: f64, people: &mut Stream) {
+    let mut row = columns.values.row_mut(k);
+    let mut first = 0;
+    for channel in &columns.channels {
+        if channel.unit == "m" && channel.bearing_rad.is_some() {
+            let own = row.slice_axis_mut(Axis(0), (first..first + channel.width).into());
+            hide(own, channel, share, people);
+        }
+        first += channel.width;
     }
 }
 
@@ -104,7 +119,7 @@ fn apart_rad(bearing_rad: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{geometry::Pose, recording::Columns};
+    use crate::geometry::Pose;
 
     fn recording() -> Recording {
         let laser = Channel {

@@ -88,6 +88,33 @@ fn truths_are_moved_and_candidates_are_not() {
 }
 
 #[test]
+fn people_stand_before_truths_and_not_before_candidates() {
+    let inputs = |people: f64| {
+        let mut recipe = recipe();
+        recipe.augmentation = AugmentationConfig {
+            input_noise: 0.0,
+            shift_m: 0.0,
+            turn_rad: 0.0,
+            people,
+            ..AugmentationConfig::default()
+        };
+        with_lesson(&recipe, |training_set| {
+            MiniBatch::new(&recipe, training_set, 0).unwrap().inputs
+        })
+    };
+    let (empty, crowded) = (inputs(0.0), inputs(1.0));
+    let differ = |row: &usize| empty.row(*row) != crowded.row(*row);
+    assert!((0..20).filter(differ).count() > 15);
+    // Nobody stands before a light sensor.
+    let light = empty.ncols() - 1;
+    assert!((0..20).all(|row| empty[(row, light)] == crowded[(row, light)]));
+    let sum = |inputs: &Array2<f32>| inputs.slice_axis(Axis(0), (20..68).into()).sum();
+    assert_eq!(empty.nrows(), crowded.nrows());
+    // Which candidates are drawn does not hang on the people: they are drawn before.
+    assert_eq!(sum(&empty), sum(&crowded));
+}
+
+#[test]
 fn candidates_come_in_stretches_and_ascending() {
     let all = None;
     let pool = Pool::of(100, &all);

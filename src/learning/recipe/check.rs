@@ -53,6 +53,7 @@ impl Recipe {
         let p = &self.priors;
         let shares = [
             ("augmentation.dropped_beams", a.dropped_beams),
+            ("augmentation.people", a.people),
             ("priors.stated", p.stated),
             ("priors.global", p.global),
         ];
@@ -79,13 +80,14 @@ impl Recipe {
                 || d.leave_run_out
                 || a.shift_m > 0.0
                 || a.turn_rad > 0.0
-                || a.dropped_beams > 0.0)
+                || a.dropped_beams > 0.0
+                || a.people > 0.0)
         {
             return wrong(
                 "descent.truths_per_step",
                 &d.truths_per_step,
                 "at least 1 where truths are moved or blinded or candidates drawn (descent.candidates_per_step, descent.leave_run_out, \
-                 augmentation.shift_m, .turn_rad, .dropped_beams)",
+                 augmentation.shift_m, .turn_rad, .dropped_beams, .people)",
             );
         }
         let counts = [
