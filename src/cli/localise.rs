@@ -112,7 +112,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let (crowded, among_people);
     let parts = if config.people > 0.0 {
         crowded = recording.with_people(&parts.unseen, config.people, config.seed())?;
-        among_people = parts.instead(&crowded);
+        among_people = parts.with_run(&crowded);
         &among_people
     } else {
         &parts
@@ -130,12 +130,8 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         print(&format!("{}\n", json(&record, seconds)?))?;
     } else {
         let mut table = tables::table(&record);
-        let people = match config.people {
-            0.0 => String::new(),
-            share => format!("people before {:.0} % of the beams, ", 100.0 * share),
-        };
         table.caption(format!(
-            "{people}belief over {} cells, {} evidence, seed {}, {seconds:.1} s",
+            "belief over {} cells, {} evidence, seed {}, {seconds:.1} s",
             record.cells,
             config.evidence,
             config.seed().0
@@ -223,6 +219,7 @@ pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
         "unseen": record.unseen,
         "covered": record.covered,
         "unseen_is_validation": record.unseen_is_validation,
+        "people": record.people,
         "timing": { "seconds": seconds, "step_ms": record.timing.step_ms },
         "paired_tests": record.paired_tests,
     });

@@ -2,7 +2,7 @@
 
 use super::trials::Trial;
 use crate::{
-    score::{ClusteredMean, FEW, percentiles},
+    score::{FEW, percentiles},
     seed::Seed,
 };
 use rand::RngExt;
@@ -166,17 +166,6 @@ pub(super) fn latest_at(trial: &Trial, distance_m: f64, spacing_m: f64) -> Optio
     (*travelled.last()? >= distance_m - 0.5 * spacing_m).then(|| passed.max(1) - 1)
 }
 
-/// A share of some trials or snapshots, with its 95 % interval by bootstrap over what each came from (a run, a stretch); no
-/// interval where all came from one. Of nothing there is no share.
-pub fn share(
-    of: &[(usize, bool)],
-    resamples: usize,
-    seed: Seed,
-) -> Option<(f64, Option<[f64; 2]>)> {
-    let share = ClusteredMean::share(of, resamples, seed)?;
-    Some((share.mean, share.ci95))
-}
-
 /// First row at which the mean curve is under 1 m; `None` where it never is.
 pub fn mean_below_1m(curve: &[Row]) -> Option<&Row> {
     let mut rows = curve.iter();
@@ -236,18 +225,6 @@ mod tests {
         assert_eq!(median_distance_m(&[Some(2.0), None, None, None]), None);
         assert_eq!(median_distance_m(&[Some(2.0), Some(3.0)]), Some(2.5));
         assert_eq!(median_distance_m(&[]), None);
-    }
-
-    #[test]
-    fn a_share_has_an_interval_over_what_its_trials_came_from() {
-        let of = |units: usize| -> Vec<(usize, bool)> {
-            (0..40).map(|i| (i % units, i % units == 0)).collect()
-        };
-        assert_eq!(share(&[], 100, Seed(1)), None);
-        assert_eq!(share(&of(1), 100, Seed(1)), Some((1.0, None)));
-        let (half, interval) = share(&of(2), 1000, Seed(1)).unwrap();
-        // Two runs, one all right and one all wrong: forty trials are no forty pieces of evidence.
-        assert_eq!((half, interval), (0.5, Some([0.0, 1.0])));
     }
 
     #[test]

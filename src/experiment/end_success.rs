@@ -1,10 +1,7 @@
 //! How often a robot is where it takes itself to be when a trial ends.
 
-use super::{
-    convergence::{Answers, share},
-    trials::Trial,
-};
-use crate::seed::Seed;
+use super::{convergence::Answers, trials::Trial};
+use crate::{score::ClusteredMean, seed::Seed};
 use serde::{Deserialize, Serialize};
 
 /// Distances that are reported, in metres.
@@ -51,14 +48,15 @@ pub fn success_at_end(
             let both = hits.iter().zip(turned);
             both.map(|(&(unit, near), (_, turned))| (unit, near && turned))
         });
-        let both = both.and_then(|both| share(&both.collect::<Vec<_>>(), resamples, seed));
-        let (share, share_ci95) = share(&hits, resamples, seed)?;
+        let both =
+            both.and_then(|both| ClusteredMean::share(&both.collect::<Vec<_>>(), resamples, seed));
+        let near = ClusteredMean::share(&hits, resamples, seed)?;
         Some(SuccessAtEnd {
             within_m: metres,
-            share,
-            share_ci95,
-            share_within_5deg: both.map(|both| both.0),
-            share_within_5deg_ci95: both.and_then(|both| both.1),
+            share: near.mean,
+            share_ci95: near.ci95,
+            share_within_5deg: both.map(|both| both.mean),
+            share_within_5deg_ci95: both.and_then(|both| both.ci95),
         })
     };
     WITHIN_M.into_iter().filter_map(within).collect()
@@ -71,8 +69,8 @@ pub fn heading_success(
     answers: &[Answers],
     resamples: usize,
     seed: Seed,
-) -> Option<(f64, Option<[f64; 2]>)> {
-    share(&turned_right(trials, answers)?, resamples, seed)
+) -> Option<ClusteredMean> {
+    ClusteredMean::share(&turned_right(trials, answers)?, resamples, seed)
 }
 
 /// Of each trial its unit, and does it end within 5°; a trial without an answer does not. `None` where no answer has a heading.
@@ -89,6 +87,10 @@ fn turned_right(trials: &[Trial], answers: &[Answers]) -> Option<Vec<(usize, boo
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn figures(share: Option<ClusteredMean>) -> Option<(f64, Option<[f64; 2]>)> {
+        share.map(|share| (share.mean, share.ci95))
+    }
 
     fn trial(unit: usize) -> Trial {
         Trial {
@@ -125,7 +127,7 @@ mod tests {
             (0.3, Some([0.0, 1.0]))
         );
         assert_eq!(
-            heading_success(&trials, &all, 500, Seed(1)),
+            figures(heading_success(&trials, &all, 500, Seed(1))),
             Some((0.5, Some([0.0, 1.0])))
         );
         let both: Vec<f64> = rows.iter().map(|r| r.share_within_5deg.unwrap()).collect();
@@ -133,14 +135,14 @@ mod tests {
         assert_eq!(success_at_end(&[], &[], 500, Seed(1)), []);
         // No answer at the end is no success.
         let some = [answers(0.1, Some(1.0)), answers(9.0, None)];
-        let found = heading_success(&[trial(0), trial(0)], &some, 10, Seed(1));
+        let found = figures(heading_success(&[trial(0), trial(0)], &some, 10, Seed(1)));
         assert_eq!(found, Some((0.5, None)));
     }
 
     #[test]
     fn without_headings_there_is_no_share_of_them() {
         let all = [answers(0.1, None), answers(0.1, None)];
-        let found = heading_success(&[trial(0), trial(1)], &all, 10, Seed(1));
+        let found = figures(heading_success(&[trial(0), trial(1)], &all, 10, Seed(1)));
         assert_eq!(found, None);
         let rows = success_at_end(&[trial(0), trial(1)], &all, 10, Seed(1));
         assert!(rows[0].share == 1.0 && rows[0].share_within_5deg.is_none());

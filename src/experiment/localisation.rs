@@ -9,9 +9,7 @@ pub use super::localisation_record::{
 };
 
 use super::{
-    convergence::{
-        Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m, share,
-    },
+    convergence::{Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m},
     end_success::{heading_success, success_at_end},
     line_up::{is_own, line_up},
     method::Method,
@@ -123,6 +121,7 @@ pub fn play(
         unseen: parts.unseen.len(),
         covered: parts.covered(&context.mapped.places).len(),
         unseen_is_validation: parts.unseen_is_validation,
+        people: context.config.people,
         priors: context.priors.clone(),
         results,
         paired_tests: paired_tests(&figures, &trials, context.config.resamples, context.seed()),
@@ -157,7 +156,7 @@ fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<P
             .iter()
             .map(|snapshot| (snapshot.unit, snapshot.error_m <= metres))
             .collect();
-        share(&hits, context.config.resamples, context.seed())
+        ClusteredMean::share(&hits, resamples, seed)
     };
     let (recall_1m, recall_05m) = (within(1.0), within(0.5));
     let (at_10m, tracked) = (global.reported(), tracking.reported());
@@ -168,10 +167,10 @@ fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<P
             .map(|(&prior, &score)| HeldOut { prior, score })
             .collect(),
         robot_bytes: robot_bytes(&method, context),
-        recall_1m: recall_1m.map(|share| share.0),
-        recall_1m_ci95: recall_1m.and_then(|share| share.1),
-        recall_05m: recall_05m.map(|share| share.0),
-        recall_05m_ci95: recall_05m.and_then(|share| share.1),
+        recall_1m: recall_1m.map(|share| share.mean),
+        recall_1m_ci95: recall_1m.and_then(|share| share.ci95),
+        recall_05m: recall_05m.map(|share| share.mean),
+        recall_05m_ci95: recall_05m.and_then(|share| share.ci95),
         recall_snapshots: recalled.len(),
         error_at_10m_m: at_10m.map(|row| row.expected_error_m),
         error_at_10m_m_ci95: at_10m.and_then(|row| row.ci95_m),
@@ -187,8 +186,8 @@ fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<P
         evidence_scale: scale.map(|scale| scale.scale),
         bytes_per_place: method.bytes_per_place,
         success_at_end: success_at_end(trials, &anywhere, resamples, seed),
-        heading_within_5deg: heading.map(|share| share.0),
-        heading_within_5deg_ci95: heading.and_then(|share| share.1),
+        heading_within_5deg: heading.map(|share| share.mean),
+        heading_within_5deg_ci95: heading.and_then(|share| share.ci95),
         coverage: coverage(trials, &anywhere, resamples, seed),
         risk_coverage_area_m: risk.as_ref().map(|risk| risk.area_m),
         risk_coverage_area_m_ci95: risk.as_ref().and_then(|risk| risk.area_m_ci95),

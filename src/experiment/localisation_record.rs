@@ -163,6 +163,9 @@ pub struct Record {
     pub covered: usize,
     /// Is the unseen part the one that stopped the training?
     pub unseen_is_validation: bool,
+    /// Share of the range beams of every unseen snapshot that people were put in the way of.
+    #[serde(default)]
+    pub people: f64,
     /// Priors of the single-snapshot figures.
     pub priors: Vec<Uncertainty>,
     /// In the order that the methods played.

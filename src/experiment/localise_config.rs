@@ -41,22 +41,12 @@ pub struct LocaliseConfig {
     pub start_spread_rad: f64,
     /// Resamples of the bootstrap.
     pub resamples: usize,
-    /// File of a ROS map (its YAML) in the frame of the recording's poses, for those who localise in a map; empty: it is drawn
-    /// by the scans that the models learned from.
-    #[serde(skip_serializing_if = "is_empty")]
+    /// File of a ROS map (its YAML) in the frame of the recording's poses, for filters that localise in a map; empty: it is
+    /// drawn by the scans that the models learned from. A comparison's `monte_carlo` has a key of its own.
     pub map: PathBuf,
     /// Share of the range beams of every unseen snapshot that people are in the way of, 0 to 1: stretches of 3° to 20° that end
     /// before what they met. What was learned from, and what evidence is tuned on, stays as it was.
-    #[serde(skip_serializing_if = "is_zero")]
     pub people: f64,
-}
-
-fn is_zero(share: &f64) -> bool {
-    *share == 0.0
-}
-
-fn is_empty(path: &Path) -> bool {
-    path.as_os_str().is_empty()
 }
 
 impl Default for LocaliseConfig {
@@ -88,7 +78,7 @@ impl LocaliseConfig {
 
     /// The same with the file that it names looked for in that folder.
     pub fn beside(mut self, folder: &Path) -> Self {
-        if !is_empty(&self.map) {
+        if !self.map.as_os_str().is_empty() {
             self.map = folder.join(&self.map);
         }
         self

@@ -13,7 +13,7 @@ use crate::{
     },
     mapping::{
         LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig, RangeSensors,
-        RosMap, check_fits,
+        read_fitting,
     },
 };
 use std::{path::Path, sync::Arc};
@@ -83,10 +83,7 @@ impl<'a, 'b> RangeMaps<'a, 'b> {
             OccupancyMap::from_scans(recording, training, &config)
         };
         let maps = if !given.as_os_str().is_empty() {
-            let map = RosMap::read(given)?.occupancy_map()?;
-            let fits = check_fits(&map, recording, training, &sensors);
-            fits.map_err(|error| error.in_file(given))?;
-            vec![map]
+            vec![read_fitting(given, recording, training, &sensors)?]
         } else if has_cones {
             let narrowed = OPENINGS.map(|share| drawn(sensors.narrowed(share)));
             narrowed.into_iter().collect::<Result<_>>()?

@@ -122,7 +122,7 @@ impl<'a> Parts<'a> {
     }
 
     /// The same with another recording to localise in: what the unseen snapshots would have been, labels and order as they were.
-    pub fn instead<'b>(&'b self, run: &'b Recording) -> Parts<'b> {
+    pub fn with_run<'b>(&'b self, run: &'b Recording) -> Parts<'b> {
         Parts {
             run,
             ..self.clone()

@@ -1,12 +1,10 @@
 //! Is a belief as sure as it may be? How often the truth lies in the smallest regions that hold 50, 90 and 99 % of it.
 
-use super::{
-    convergence::{Answers, share},
-    trials::Trial,
-};
+use super::{convergence::Answers, trials::Trial};
 use crate::{
     belief::{Belief, Grid, Places},
     localiser::Probable,
+    score::ClusteredMean,
     seed::Seed,
 };
 use serde::{Deserialize, Serialize};
@@ -75,11 +73,11 @@ pub fn coverage(
                 steps.map(move |likelier| (trial.unit, *likelier < level))
             })
             .collect();
-        let (share, share_ci95) = share(&inside, resamples, seed)?;
+        let inside = ClusteredMean::share(&inside, resamples, seed)?;
         Some(Coverage {
             level,
-            share,
-            share_ci95,
+            share: inside.mean,
+            share_ci95: inside.ci95,
         })
     };
     LEVELS.into_iter().filter_map(at_level).collect()

@@ -5,7 +5,7 @@ use super::{
     methods::MethodContext,
     sequences::motion,
     stopwatch::{median, ms_since, on_one_thread},
-    trial_play::scaled,
+    trial_play::{scaled, scaled_sensor},
     trials::Trial,
 };
 use crate::{
@@ -13,7 +13,7 @@ use crate::{
     error::{Error, Result},
     localiser::{
         BayesLocaliser, Localiser, PreparedSensorModel,
-        sensor_model::{EvidenceScale, OneByOne, Scaled},
+        sensor_model::{EvidenceScale, OneByOne},
     },
 };
 use std::{sync::Arc, time::Instant};
@@ -65,10 +65,7 @@ fn filter_ms(
     sensor: Option<&dyn PreparedSensorModel>,
     scale: Option<EvidenceScale>,
 ) -> Result<Vec<f64>> {
-    let scaled = match (sensor, scale) {
-        (Some(sensor), Some(scale)) => Some(Scaled::new(sensor, scale)),
-        _ => None,
-    };
+    let scaled = scaled_sensor(sensor, scale);
     let sensor = scaled.as_ref().map(|s| s as &dyn PreparedSensorModel);
     let start = Belief::uniform(context.grid.places())?;
     let stream = context.seed().stream("timed steps");

@@ -34,10 +34,7 @@ pub(super) fn answers(
     known_start: bool,
 ) -> Result<Vec<Answers>> {
     let sensor = |sensor: Option<&dyn PreparedSensorModel>| {
-        let scaled = match (sensor, scale) {
-            (Some(sensor), Some(scale)) => Some(Scaled::new(sensor, scale)),
-            _ => None,
-        };
+        let scaled = scaled_sensor(sensor, scale);
         let filter = Filter {
             context,
             sensor: scaled.as_ref().map(|s| s as &dyn PreparedSensorModel),
@@ -60,6 +57,14 @@ pub(super) fn answers(
             by_localiser(localiser, trials, context, known_start)
         }
     }
+}
+
+/// A sensor model with its evidence as tuned; none where there is no sensor.
+pub(super) fn scaled_sensor(
+    sensor: Option<&dyn PreparedSensorModel>,
+    scale: Option<EvidenceScale>,
+) -> Option<Scaled<'_>> {
+    Some(Scaled::new(sensor?, scale?))
 }
 
 /// A localiser with its evidence as tuned; none where that is not for others to say.

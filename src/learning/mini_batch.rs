@@ -152,9 +152,8 @@ fn draw_uncertainty(recipe: &Recipe, random: &mut Stream) -> Uncertainty {
 }
 
 impl TrainingSet<'_> {
-    /// Some training snapshots (by their place in the training part) as seen from beside, with people in the way and beams dropped;
-    /// `None` where
-    /// the recipe has none of that or the recording has no scans that could be drawn anew.
+    /// Some training snapshots (by their place in the training part) as seen from beside, with people in the way and beams
+    /// dropped; `None` where the recipe has none of that or the recording has no scans that could be drawn anew.
     fn seen_from_beside(
         &self,
         config: &AugmentationConfig,

@@ -4,11 +4,13 @@ use super::{
     distance::distances,
     occupancy_map::{Occupancy, OccupancyMap},
     range_sensors::{RangeBeam, RangeSensors, thinned},
+    ros_map::RosMap,
 };
 use crate::{
     error::{Error, Result},
     recording::Recording,
 };
+use std::{borrow::Cow, path::Path};
 
 /// An end this near to something occupied is explained by it, in metres.
 const NEAR_M: f64 = 0.3;
@@ -39,6 +41,22 @@ const SCALES: [f64; 14] = [
     100.0,
     1000.0,
 ];
+
+/// A ROS map in a file, as it serves a recording.
+///
+/// # Errors
+/// Where the file can't be read ([`RosMap::read`]) or its map does not fit ([`check_fits`]); the message begins with the file's name.
+pub fn read_fitting(
+    file: &Path,
+    recording: &Recording,
+    snapshots: &[usize],
+    sensors: &RangeSensors,
+) -> Result<OccupancyMap> {
+    let map = RosMap::read(file)?.occupancy_map()?;
+    let fits = check_fits(&map, recording, snapshots, sensors);
+    fits.map_err(|error| error.in_file(file))?;
+    Ok(map)
+}
 
 /// Refuses a map that doesn't fit to a recording: beams of the scans, put at their true poses, must end near to what is occupied
 /// more often than those of scans put at other scans' poses do.
@@ -161,7 +179,7 @@ impl Explained {
 
 /// How far ends are from what is occupied.
 struct Ends<'a> {
-    cells: std::borrow::Cow<'a, [f32]>,
+    cells: Cow<'a, [f32]>,
     width: usize,
     cell_m: f64,
     origin_m: [f64; 2],

@@ -13,7 +13,7 @@ mod raycast;
 mod render;
 mod ros_map;
 
-pub use fit::check_fits;
+pub use fit::{check_fits, read_fitting};
 pub use likelihood_field::{Beam, LikelihoodField, LikelihoodFieldConfig};
 pub use occupancy_map::{Occupancy, OccupancyMap, OccupancyMapConfig};
 pub use range_sensors::{RangeBeam, RangeSensors};

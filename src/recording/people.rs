@@ -33,12 +33,18 @@ impl Recording {
     /// ```
     ///
     /// # Errors
-    /// A usage error where `share` is not between 0 and 1.
+    /// A usage error where `share` is not between 0 and 1; an error where nobody can be in the way, as no channel in metres has
+    /// bearings.
     pub fn with_people(&self, snapshots: &[usize], share: f64, seed: Seed) -> Result<Recording> {
         if !(0.0..=1.0).contains(&share) {
             return Err(Error::usage(format!(
                 "people = {share}: expected the share of beams that they hide, 0 to 1"
             )));
+        }
+        if !self.channels().iter().any(sees_people) {
+            return Err(Error::work(
+                "people: no channel in metres has bearings; expected a range sensor whose beams' directions are known",
+            ));
         }
         let mut columns = self.columns().clone();
         for &k in snapshots {
@@ -59,12 +65,16 @@ impl Recording {
     }
 }
 
+fn sees_people(channel: &Channel) -> bool {
+    channel.unit == "m" && channel.bearing_rad.is_some()
+}
+
 /// Puts people before `share` of the beams of every range scan of a snapshot.
 fn hide_in_row(columns: &mut Columns, k: usize, share: f64, people: &mut Stream) {
     let mut row = columns.values.row_mut(k);
     let mut first = 0;
     for channel in &columns.channels {
-        if channel.unit == "m" && channel.bearing_rad.is_some() {
+        if sees_people(channel) {
             let own = row.slice_axis_mut(Axis(0), (first..first + channel.width).into());
             hide(own, channel, share, people);
         }
@@ -199,5 +209,14 @@ mod tests {
             let error = empty.with_people(&[0], share, Seed(2)).unwrap_err();
             assert!(error.is_usage() && error.to_string().contains("people = "));
         }
+        let mut blind = empty.into_columns();
+        blind.channels[0].bearing_rad = None;
+        let blind = Recording::new(blind).unwrap();
+        let error = blind.with_people(&[0], 0.3, Seed(2)).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("no channel in metres has bearings")
+        );
     }
 }

@@ -81,6 +81,12 @@ pub fn table(record: &Record) -> Table {
             ""
         },
     ));
+    if record.people > 0.0 {
+        table.caption(format!(
+            "people before {:.0} % of the beams of every unseen snapshot; what was learned knows nothing of them",
+            100.0 * record.people
+        ));
+    }
     table.caption(format!(
         "{} % = share of the prior error that one snapshot removes,\n  over {} of {} unseen snapshots: those at places seen in training",
         priors.iter().map(|prior| plus_minus(prior)).collect::<Vec<_>>().join(", "),

@@ -224,13 +224,13 @@ fn people_stand_before_what_is_asked_and_not_before_what_is_learned() {
     let result = |people: &str| {
         let played = play(people);
         let record = record(&played.done().stdout);
-        figures(
-            &record["localisation"]["records"][0]["done"]["results"],
-            "map",
-        )
+        let played = &record["localisation"]["records"][0]["done"];
+        let share = played["people"].as_f64().unwrap();
+        (figures(&played["results"], "map"), share)
     };
-    let (empty, crowded) = (result(""), result("people = 0.6"));
-    assert_eq!(empty, result("people = 0.0"));
+    let ((empty, nobody), (crowded, share)) = (result(""), result("people = 0.6"));
+    assert_eq!((nobody, share), (0.0, 0.6));
+    assert_eq!((empty.clone(), nobody), result("people = 0.0"));
     assert_eq!(empty["evidence_scale"], crowded["evidence_scale"]);
     let recall = |figures: &Value| figures["recall_1m"].as_f64().unwrap();
     assert!(recall(&crowded) < recall(&empty), "{empty} {crowded}");

@@ -116,7 +116,7 @@ fn a_map_that_does_not_belong_here_is_a_named_failure_in_its_cell() {
 }
 
 #[test]
-fn localise_takes_a_map() {
+fn localise_takes_a_map_and_people() {
     let place = workplace();
     let train = [
         "train",
@@ -145,6 +145,11 @@ fn localise_takes_a_map() {
     place.write("c.toml", "[localise]\nmap = 'hall.yaml'\n");
     let by_file = localise(&["--config", "c.toml"]);
     assert_eq!(field(&by_file.done().stdout), field(&given.stdout));
+    let crowded = localise(&["--people", "0.4"]);
+    let said = &crowded.done().stdout;
+    assert!(said.contains("people before 40 % of the beams"), "{said}");
+    assert_ne!(field(said), field(&scans.stdout));
+    localise(&["--people", "2"]).refused(2, &["localise.people", "0 to 1"]);
     localise(&["--map", "m.yaml"]).refused(1, &["m.yaml: cannot read"]);
     place.write("moved.yaml", yaml("0.05", "2.3, 1.2"));
     let moved = localise(&["--map", "moved.yaml"]);

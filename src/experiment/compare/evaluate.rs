@@ -208,7 +208,7 @@ impl Evaluator<'_, '_> {
         let crowded = parts
             .run
             .with_people(&parts.unseen, config.people, config.seed())?;
-        let parts = parts.instead(&crowded);
+        let parts = parts.with_run(&crowded);
         let context = MethodContext {
             parts: &parts,
             ..context.clone()

@@ -7,7 +7,7 @@ use crate::{
     localiser::{Localiser, LocaliserConfig},
     mapping::{
         LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig, RangeSensors,
-        RosMap, check_fits,
+        read_fitting,
     },
     recording::Recording,
     registry::Constants,
@@ -159,12 +159,7 @@ impl LocaliserConfig for MonteCarloConfig {
     ) -> Result<Box<dyn Localiser>> {
         let map = match self.map.as_os_str().is_empty() {
             true => OccupancyMap::from_scans(recording, snapshots, &OccupancyMapConfig::default())?,
-            false => {
-                let map = RosMap::read(&self.map)?.occupancy_map()?;
-                let fits = check_fits(&map, recording, snapshots, &RangeSensors::default());
-                fits.map_err(|error| error.in_file(&self.map))?;
-                map
-            }
+            false => read_fitting(&self.map, recording, snapshots, &RangeSensors::default())?,
         };
         let field = LikelihoodField::new(&map, &LikelihoodFieldConfig::default())?;
         let poses = snapshots.iter().map(|&k| recording.poses()[k]).collect();
