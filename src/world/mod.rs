@@ -6,7 +6,7 @@
 //! follows it; a [`Camera`] looks. A [`robot`] [drives](driving) a [`Route`], follows a wall or visits poses, and dead-reckons;
 //! [`building`] reads all of this from a file, walls also from a [`map_server`] map; [`simulation`] lets the robot drive
 //! run after run and records; [`corridor`] is Thrun's 89 metres. [`ExpectedRanges`] turn it round: what a robot with
-//! the plan expects to measure.
+//! the plan expects to measure. [`generated`] draws whole buildings, and runs through them, at random.
 
 mod bounds;
 pub mod building;
@@ -17,6 +17,7 @@ pub mod driving;
 pub mod enclosure;
 mod expected_ranges;
 pub mod floor_plan;
+pub mod generated;
 pub mod infrared;
 pub mod laser;
 mod look;
