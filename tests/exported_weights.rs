@@ -6,7 +6,7 @@ use ballmark::{
     detector::net::Activation,
     recording::{Channel, Columns},
 };
-use ndarray::{Array1, Array2};
+use ndarray::{Array1, Array2, Array3};
 use ndarray_npy::NpzReader;
 use serde_json::Value;
 use std::{fs::File, path::Path};
@@ -14,8 +14,8 @@ use std::{fs::File, path::Path};
 const BEAMS: usize = 11;
 
 /// A walk of 60 m past readings of all sorts: ten beams and more, some without return, some beyond the clip, and two
-/// values of no range, one of which is missing now and then.
-fn recording() -> Recording {
+/// values of no range, one of which is missing now and then; of the first channel alone, or of both.
+fn recording(channels: usize) -> Recording {
     let snapshots = 120;
     let pose: Vec<Pose> = (0..snapshots)
         .map(|k| Pose::new(0.5 * k as f64, 0.0, 0.0))
@@ -29,8 +29,14 @@ fn recording() -> Recording {
         channels: vec![
             channel("laser", BEAMS, "m", Some(30.0)),
             channel("light", 2, "lx", None),
-        ],
-        values: Array2::from_shape_fn((snapshots, BEAMS + 2), value),
+        ]
+        .into_iter()
+        .take(channels)
+        .collect(),
+        values: Array2::from_shape_fn(
+            (snapshots, if channels == 1 { BEAMS } else { BEAMS + 2 }),
+            value,
+        ),
         stamp_s: (0..snapshots).map(|k| k as f64).collect(),
         odometry: pose.clone(),
         pose,
@@ -60,6 +66,44 @@ impl Exported {
 
     fn matrix(&mut self, name: &str) -> Option<Array2<f32>> {
         self.0.by_name(name).ok()
+    }
+
+    /// Rule 3, the convolutions: `x` is `[number, direction]`, statistic by statistic.
+    fn convolutions(
+        &mut self,
+        mut x: Array2<f32>,
+        layers: &Value,
+        activation: fn(f32) -> f32,
+    ) -> Array1<f32> {
+        let mut any = false;
+        for l in 0.. {
+            let name = format!("filter.convolution.{l}");
+            let Some(weight): Option<Array3<f32>> = self.0.by_name(&format!("{name}.weight")).ok()
+            else {
+                break;
+            };
+            any = true;
+            let bias = self.vector(&format!("{name}.bias")).unwrap();
+            let (out, numbers, width) = weight.dim();
+            let (directions, stride) = (x.ncols(), layers[l]["stride"].as_u64().unwrap() as usize);
+            let sum = |(o, p): (usize, usize)| {
+                let mut sum = bias[o];
+                for (c, j) in (0..numbers).flat_map(|c| (0..width).map(move |j| (c, j))) {
+                    // Past the ends the outermost direction is repeated.
+                    let at = (p * stride + j)
+                        .saturating_sub(width / 2)
+                        .min(directions - 1);
+                    sum += weight[[o, c, j]] * x[[c, at]];
+                }
+                activation(sum)
+            };
+            x = Array2::from_shape_fn((out, directions.div_ceil(stride)), sum);
+        }
+        // To the trunk they go direction by direction; without convolutions statistic by statistic.
+        match any {
+            true => x.t().iter().copied().collect(),
+            false => x.iter().copied().collect(),
+        }
     }
 
     /// Layers `name.0`, `name.1`, … on some inputs; the last one's sum goes through the activation too in a trunk.
@@ -94,19 +138,28 @@ fn pooled(channels: &Value, mut raw: &[f32]) -> Vec<f32> {
             continue;
         };
         let clip = ranges["clip"].as_f64().unwrap() as f32;
+        let far_clip = ranges["far_clip"].as_f64().unwrap() as f32;
         let n = ranges["sectors"].as_u64().unwrap() as usize;
         for value in ranges["sector_values"].as_array().unwrap() {
             for s in 0..n {
                 let beams = &own[s * own.len() / n..(s + 1) * own.len() / n];
                 let mut beams: Vec<f32> = beams
                     .iter()
-                    .map(|r| if r.is_nan() { clip } else { r.clamp(0.0, clip) })
+                    .map(|r| {
+                        if r.is_nan() {
+                            far_clip
+                        } else {
+                            r.clamp(0.0, far_clip)
+                        }
+                    })
                     .collect();
                 beams.sort_by(f32::total_cmp);
                 inputs.push(match value.as_str().unwrap() {
-                    "nearest" => beams[0],
-                    "middle" => beams[(beams.len() - 1) / 2],
-                    "farthest" => beams[beams.len() - 1],
+                    "nearest" => beams[0].min(clip),
+                    "middle" => beams[(beams.len() - 1) / 2].min(clip),
+                    "farthest" => beams[beams.len() - 1].min(clip),
+                    "middle_log" => (1.0 + beams[(beams.len() - 1) / 2]).ln(),
+                    "farthest_log" => (1.0 + beams[beams.len() - 1]).ln(),
                     other => panic!("{other}"),
                 });
             }
@@ -130,6 +183,16 @@ fn answers(file: &Path, recording: &Recording) -> Array2<f32> {
     for (k, raw) in recording.values().rows().into_iter().enumerate() {
         let x = Array1::from(pooled(&meta["input"]["channels"], &raw.to_vec()));
         let x = ((x - &mean) / &deviation).mapv(|x| if x.is_nan() { 0.0 } else { x });
+        let n = x.len();
+        let scan = &meta["input"]["channels"][0]["kind"]["ranges"];
+        let directions = match meta["input"]["channels"].as_array().unwrap().len() {
+            1 => scan["sectors"].as_u64().unwrap() as usize,
+            _ => n,
+        };
+        let x = x
+            .into_shape_with_order((n / directions, directions))
+            .unwrap();
+        let x = exported.convolutions(x, &meta["recipe"]["network"]["convolutions"], activation);
         let trunk = exported.layers("filter.trunk", x, activation);
         for i in 0..features {
             let sum = exported.layers(&format!("filter.{i}"), trunk.clone(), activation)[0];
@@ -141,7 +204,12 @@ fn answers(file: &Path, recording: &Recording) -> Array2<f32> {
 
 #[test]
 fn the_stated_rules_compute_what_the_model_answers() {
-    let recording = recording();
+    for channels in [1, 2] {
+        rules_hold(&recording(channels));
+    }
+}
+
+fn rules_hold(recording: &Recording) {
     let mut recipe = Recipe {
         features: 3,
         ..Recipe::default()
@@ -152,14 +220,14 @@ fn the_stated_rules_compute_what_the_model_answers() {
     recipe.network.activation = Activation::Tanh;
     recipe.augmentation.shift_m = 0.0; // no bearings, so no moved views
     recipe.augmentation.turn_rad = 0.0;
-    recipe.descent.steps = 5;
-    let model = Training::new(&recipe, &recording).run().unwrap().model;
+    recipe.descent.steps = 60;
+    let model = Training::new(&recipe, recording).run().unwrap().model;
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("weights.npz");
     model.write(&file).unwrap();
 
-    let expected = model.detector().probabilities(&recording).unwrap();
-    let found = answers(&file, &recording);
+    let expected = model.detector().probabilities(recording).unwrap();
+    let found = answers(&file, recording);
     let spread = |g: ndarray::ArrayView1<f32>| g.fold(0f32, |m, v| m.max((v - g[0]).abs()));
     assert!(expected.columns().into_iter().all(|g| spread(g) > 0.05));
     for (found, expected) in found.iter().zip(&expected) {

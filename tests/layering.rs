@@ -53,9 +53,10 @@ const ROBOT: &[&str] = &[
 ];
 
 /// Files that may use Burn: beginnings of their names.
-const BURN_STAYS_IN: [&str; 5] = [
+const BURN_STAYS_IN: [&str; 6] = [
     "src/detector/device.rs",
     "src/detector/net.rs",
+    "src/detector/net/",
     "src/learning/trainer",
     "src/learning/optimiser",
     "src/model/",

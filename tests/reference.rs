@@ -26,7 +26,7 @@ use ballmark::{
         },
         standard::StandardConfig,
     },
-    learning::Recipe,
+    learning::{Recipe, pretraining::PretrainingConfig},
     localiser::{self, monte_carlo::MonteCarloConfig},
     recogniser, world,
 };
@@ -162,6 +162,22 @@ fn train(source: &Source) -> Page {
     );
     let other = Some(("thrun1998", value(Recipe::thrun1998())));
     draft.add_beside("train", "Recipe", "", Some(value(Recipe::default())), other);
+    draft.page
+}
+
+fn pretrain(source: &Source) -> Page {
+    let mut draft = Draft::new(
+        source,
+        "`[pretrain]`: keys of a pre-training",
+        "For `ballmark pretrain --config C.toml`, whose section `[train]` ([train.md](train.md)) says what the networks are and how they \
+         descend. Every key may be left out.",
+    );
+    draft.add(
+        "pretrain",
+        "PretrainingConfig",
+        "",
+        Some(value(PretrainingConfig::default())),
+    );
     draft.page
 }
 
@@ -356,6 +372,7 @@ fn world(source: &Source) -> Page {
 fn pages(source: &Source) -> BTreeMap<&'static str, Page> {
     BTreeMap::from([
         ("train.md", train(source)),
+        ("pretrain.md", pretrain(source)),
         ("localise.md", localise(source)),
         ("compare.md", compare(source)),
         ("systems.md", systems(source)),

@@ -19,6 +19,22 @@ pub struct MapConfig {
     /// Probability that a feature is answered by chance, for all that no map knows (people, moved doors): a probability m
     /// becomes (1 − u) m + u/2, so no answer is impossible anywhere.
     pub unmodelled_probability: f64,
+    /// What the places between are filled from.
+    pub filled_from: FilledFrom,
+}
+
+/// What a map is filled from between the snapshots that were taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum FilledFrom {
+    /// Rendered scans where all sensors measure ranges in the plane, in known directions; else visits.
+    #[default]
+    Auto,
+    /// The nearest snapshots that were taken (Thrun 1998, 5.1.6).
+    Visits,
+    /// The scans that an occupancy map of the training part predicts, at every pose.
+    Rendered,
 }
 
 impl Default for MapConfig {
@@ -26,6 +42,7 @@ impl Default for MapConfig {
         Self {
             nearness: Nearness::default(),
             unmodelled_probability: 0.002,
+            filled_from: FilledFrom::default(),
         }
     }
 }
@@ -40,7 +57,7 @@ impl Default for MapConfig {
 /// // Two snapshots of one place, whose two features say (.9, .9) and (.1, .1).
 /// let activation = ndarray::array![[0.9, 0.9], [0.1, 0.1]];
 /// let nearness = Nearness { k: 2, ..Nearness::default() };
-/// let config = MapConfig { nearness, unmodelled_probability: 0.0 };
+/// let config = MapConfig { nearness, unmodelled_probability: 0.0, ..MapConfig::default() };
 /// let map = FeatureMap::new(Places::Route(vec![0.0, 0.1]), activation, config)?;
 /// let here = map.at(&Places::Route(vec![0.05]))?;
 /// let both = here.probability()[[0, 0]] * here.probability()[[0, 1]];
@@ -253,6 +270,7 @@ mod tests {
                 ..Nearness::default()
             },
             unmodelled_probability,
+            ..MapConfig::default()
         }
     }
 

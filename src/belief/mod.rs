@@ -7,6 +7,7 @@
 pub mod bayes;
 #[allow(clippy::module_inception)] // the room's main noun is its name
 pub mod belief;
+pub mod code_map;
 mod columns;
 mod combination;
 mod correction;
@@ -33,9 +34,10 @@ mod reference_tests;
 
 pub use bayes::BayesFilter;
 pub use belief::Belief;
+pub use code_map::CodeMap;
 pub use evidence::Evidence;
 pub use grid::{Grid, GridConfig};
-pub use map::{FeatureMap, GridMap, MapConfig};
+pub use map::{FeatureMap, FilledFrom, GridMap, MapConfig};
 pub use motion::OdometryMotion;
 pub use neighbours::{Nearness, Neighbours};
 pub use places::Places;

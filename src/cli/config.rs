@@ -5,6 +5,7 @@ use crate::{
     experiment::localisation::LocaliseConfig,
     learning::{
         Recipe,
+        pretraining::PretrainingConfig,
         recipe::{FORMER_KEYS, NamedRecipe},
     },
     toml_file::{TomlFile, put_over, rename_keys},
@@ -23,6 +24,8 @@ pub struct Experiment {
     pub train: Recipe,
     /// For `localise`.
     pub localise: LocaliseConfig,
+    /// For `pretrain`, besides [train].
+    pub pretrain: PretrainingConfig,
 }
 
 impl Experiment {
@@ -58,6 +61,7 @@ impl Experiment {
         experiment.train.check().map_err(in_train)?;
         let in_localise = |fault: Error| file.locate(fault);
         experiment.localise.check().map_err(in_localise)?;
+        experiment.pretrain.check().map_err(in_localise)?;
         experiment.localise = experiment.localise.beside(&path.with_file_name(""));
         Ok(experiment)
     }

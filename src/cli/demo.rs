@@ -100,9 +100,6 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Steps of each of the demo's two trainings.
-const STEPS: usize = 2500;
-
 fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording) -> Result<Model> {
     let mut recipe = Recipe {
         seed: arguments.seed,
@@ -110,8 +107,9 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
         ..Recipe::default()
     };
     recipe.split.test_fold = Some(3);
-    // Fewer steps than the recipe has, so that the demo takes a minute: the rest would add the last per cent of the figures.
-    recipe.descent.steps = if arguments.toy { 40 } else { STEPS };
+    if arguments.toy {
+        recipe.descent.steps = 40;
+    }
     let learned = train::learn(
         Training::new(&recipe, recording),
         &recipe,

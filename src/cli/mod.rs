@@ -8,6 +8,7 @@ mod features;
 mod import;
 mod interrupt;
 mod localise;
+mod pretrain;
 mod progress;
 mod reproduce;
 mod score;
@@ -37,6 +38,7 @@ enum Command {
     Demo(demo::Arguments),
     Import(import::Arguments),
     Simulate(simulate::Arguments),
+    Pretrain(pretrain::Arguments),
     Train(train::Arguments),
     Localise(localise::Arguments),
     Features(features::Arguments),
@@ -64,6 +66,7 @@ pub fn run() -> ExitCode {
         Command::Demo(arguments) => demo::run(arguments),
         Command::Import(arguments) => import::run(arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
+        Command::Pretrain(arguments) => pretrain::run(arguments),
         Command::Train(arguments) => train::run(arguments),
         Command::Localise(arguments) => localise::run(arguments),
         Command::Features(arguments) => features::run(arguments),

@@ -11,6 +11,7 @@ use crate::{
         recipe::NamedRecipe,
         trainer::{Directive, StoppedBy},
     },
+    mapping::{RangeSensors, read_fitting},
     model::{Learned, Model, Note, Resume, Training},
     recording::{Recording, npz},
     report::{Cell, Table},
@@ -58,6 +59,13 @@ pub struct Arguments {
     /// Keep this one of the folds for testing (counted from 0; four folds unless the configuration says otherwise).
     #[arg(long, value_name = "K")]
     test_fold: Option<usize>,
+    /// Begin with the networks of this model, pre-trained on other buildings (`ballmark pretrain`), instead of random ones;
+    /// with --steps 0 they are used as they are. `none`: random ones.
+    #[arg(long, value_name = "T.safetensors", default_value = "none")]
+    from: PathBuf,
+    /// Render scans in this ROS map (its YAML), in the frame of the dataset's poses, instead of one that the training scans draw.
+    #[arg(long, value_name = "MAP.yaml")]
+    map: Option<PathBuf>,
     /// Where the networks compute: `cpu`, or where it is built in `cuda`, `wgpu`, `metal` or `rocm`.
     #[arg(long, value_name = "DEVICE", default_value_t)]
     device: DeviceChoice,
@@ -94,9 +102,26 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         false => Resume::Never,
     };
     let interrupt = Interrupt::watched();
-    let training = Training::new(&recipe, &recording)
+    let map = match &arguments.map {
+        None => None,
+        Some(map) => {
+            let training_part = recipe.split.split(&recording)?.train;
+            let sensors = RangeSensors {
+                channels: recipe.input.channels.clone(),
+                ..RangeSensors::default()
+            };
+            Some(read_fitting(map, &recording, &training_part, &sensors)?)
+        }
+    };
+    let mut training = Training::new(&recipe, &recording)
         .device(&device)
         .checkpoint(&checkpoint, resume);
+    if arguments.from != Path::new("none") {
+        training = training.from_pretrained(&Model::read(&arguments.from)?);
+    }
+    if let Some(map) = &map {
+        training = training.in_map(map);
+    }
     if arguments.resume {
         if let Some(learned) = training.finished(&arguments.output)? {
             warn(&format!(

@@ -3,7 +3,7 @@
 use super::{
     Detector, device,
     input::Input,
-    net::{Activation, Layer, NetDetector, Weights},
+    net::{Activation, Convolution, Layer, NetDetector, Weights},
 };
 use crate::{
     error::{Error, Result},
@@ -75,6 +75,8 @@ struct Saved {
     mean: Vec<f32>,
     deviation: Vec<f32>,
     trunk: usize,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    convolutions: Vec<Convolution>,
     activation: Activation,
     layers: Vec<SavedLayer>,
 }
@@ -100,6 +102,7 @@ impl From<Filters> for Saved {
             deviation: filters.input.deviation.clone(),
             input: filters.input,
             trunk: filters.weights.trunk,
+            convolutions: filters.weights.convolutions,
             activation: filters.weights.activation,
             layers: filters.weights.layers.into_iter().map(saved).collect(),
         }
@@ -122,13 +125,26 @@ impl TryFrom<Saved> for Filters {
             let [networks, inputs, outputs] = layer.shape;
             let shared = number < saved.trunk;
             let expected = if shared { 1 } else { features };
+            let convolution = saved.convolutions.get(number);
+            if let Some(c) = convolution {
+                let fits = shared
+                    && c.is_sound()
+                    && c.inputs.checked_mul(c.positions) == Some(width)
+                    && c.outputs == outputs;
+                if !fits {
+                    return Err(wrong(&format!(
+                        "convolutions of {c:?}; expected {width} inputs and {outputs} outputs, in a trunk"
+                    )));
+                }
+                width = c.width * c.inputs;
+            }
             if networks != expected || inputs != width || outputs == 0 {
                 return Err(wrong(&format!(
                     "shape {:?}; expected {expected} networks of {width} inputs",
                     layer.shape
                 )));
             }
-            width = outputs;
+            width = outputs * convolution.map_or(1, Convolution::positions_out);
             layers.push(Layer {
                 weight: Array3::from_shape_vec((networks, inputs, outputs), layer.weight)
                     .map_err(|e| wrong(&e))?,
@@ -143,6 +159,7 @@ impl TryFrom<Saved> for Filters {
         }
         let weights = Weights {
             layers,
+            convolutions: saved.convolutions,
             trunk: saved.trunk,
             activation: saved.activation,
         };

@@ -3,74 +3,44 @@
 //! T98's inputs are a few hundred numbers of any kind; these are the same few hundred numbers whatever the sensor. All
 //! constants are fitted once on the training part and kept in the model, so that the robot needs nothing else.
 
+mod channel;
+mod config;
+
+pub use config::{InputConfig, SectorValue};
+
 use super::check_width;
 use crate::{
     error::{Error, Result},
     recording::{Channel, Recording},
 };
+use channel::{ChannelInput, missing};
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
-/// How raw channel values become inputs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct InputConfig {
-    /// Channels to use, by name; none named: all of the recording.
-    pub channels: Vec<String>,
-    /// Ranges beyond this count as this, in metres; so does "no return".
-    pub clip_m: f64,
-    /// Sectors that the beams of a range sensor are pooled into; a sensor with fewer beams keeps one sector a beam.
+/// What the inputs are, to networks that look for the same in every direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct InputShape {
+    /// Their number.
+    pub width: usize,
+    /// Where all are the sectors of one range sensor: how many, and what there is of each.
+    pub scan: Option<ScanShape>,
+}
+
+/// The sectors of a range sensor, statistic by statistic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ScanShape {
+    /// What is kept of every sector.
+    pub statistics: usize,
+    /// Sectors.
     pub sectors: usize,
-    /// What is kept of the beams of a sector.
-    pub sector_values: Vec<SectorValue>,
+    /// Whether the last sector lies beside the first.
+    pub ring: bool,
 }
 
-/// A statistic of the ranges in a sector.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum SectorValue {
-    /// The shortest.
-    Nearest,
-    /// The median (of an even number: the lower).
-    Middle,
-    /// The longest.
-    Farthest,
-}
-
-impl Default for InputConfig {
-    fn default() -> Self {
-        Self {
-            channels: Vec::new(),
-            clip_m: 8.0,
-            sectors: 36,
-            sector_values: vec![
-                SectorValue::Nearest,
-                SectorValue::Middle,
-                SectorValue::Farthest,
-            ],
-        }
-    }
-}
-
-impl InputConfig {
-    /// # Errors
-    /// Where a value makes no sense; the message names the key.
-    pub fn check(&self) -> Result<()> {
-        if !(self.clip_m.is_finite() && self.clip_m > 0.0) {
-            return Err(Error::usage(format!(
-                "input.clip_m = {}: expected a positive number of metres",
-                self.clip_m
-            )));
-        }
-        if self.sectors == 0 || self.sector_values.is_empty() {
-            return Err(Error::usage(
-                "input.sectors and input.sector_values: expected at least one of each",
-            ));
-        }
-        Ok(())
+impl From<usize> for InputShape {
+    fn from(width: usize) -> Self {
+        Self { width, scan: None }
     }
 }
 
@@ -86,28 +56,6 @@ pub struct Input {
     /// Standard deviation of every input over the training part, never 0.
     #[serde(skip)]
     pub deviation: Vec<f32>,
-}
-
-/// What becomes of one channel.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct ChannelInput {
-    name: String,
-    width: usize,
-    unit: String,
-    kind: Kind,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Kind {
-    /// Ranges: clipped, pooled; a missing return counts as the clip.
-    Ranges {
-        clip: f32,
-        sectors: usize,
-        sector_values: Vec<SectorValue>,
-    },
-    /// Anything else: taken as it is; a missing value counts as the mean.
-    Values,
 }
 
 /// An input whose deviation is less than this share of its mean never varied in training: it is divided by 1, not by a
@@ -197,9 +145,30 @@ impl Input {
         self
     }
 
+    /// The same channels, their inputs normalised by another's constants, of which there are as many.
+    pub fn with_constants_of(self, other: &Self) -> Self {
+        Self {
+            channels: self.channels,
+            mean: other.mean.clone(),
+            deviation: other.deviation.clone(),
+        }
+    }
+
     /// Number of inputs that the networks get.
     pub fn width(&self) -> usize {
         self.mean.len()
+    }
+
+    /// Their number, and whether they are the sectors of one scan.
+    pub fn shape(&self) -> InputShape {
+        let scan = match &self.channels[..] {
+            [channel] => channel.scan(),
+            _ => None,
+        };
+        InputShape {
+            width: self.width(),
+            scan,
+        }
     }
 
     /// Normalised inputs of every snapshot, `[snapshot, input]`.
@@ -221,6 +190,11 @@ impl Input {
     ) -> Result<Array2<f32>> {
         let raw = self.arrange(channels, values)?;
         Ok(self.normalise(self.pool(raw.view())))
+    }
+
+    /// Names of the channels that the inputs come from.
+    pub fn channel_names(&self) -> impl Iterator<Item = &str> {
+        self.channels.iter().map(|channel| channel.name.as_str())
     }
 
     /// Names, widths and units of the channels that the inputs come from.
@@ -285,131 +259,6 @@ impl Input {
         }
         pooled
     }
-}
-
-impl ChannelInput {
-    fn new(config: &InputConfig, channel: &Channel) -> Self {
-        let kind = if channel.unit == "m" {
-            let clip = channel
-                .maximum
-                .map_or(config.clip_m, |maximum| maximum.min(config.clip_m))
-                as f32;
-            let sectors = config.sectors.min(channel.width);
-            // Where every sector has one beam only, all statistics of it are that beam.
-            let kept = if channel.width == sectors {
-                1
-            } else {
-                config.sector_values.len()
-            };
-            let sector_values = config.sector_values[..kept].to_vec();
-            Kind::Ranges {
-                clip,
-                sectors,
-                sector_values,
-            }
-        } else {
-            Kind::Values
-        };
-        Self {
-            name: channel.name.clone(),
-            width: channel.width,
-            unit: channel.unit.clone(),
-            kind,
-        }
-    }
-
-    /// Columns of this channel among a recording's values.
-    fn find(&self, channels: &[Channel]) -> Result<Range<usize>> {
-        let mut from = 0;
-        for channel in channels {
-            if channel.name == self.name {
-                if channel.width != self.width || channel.unit != self.unit {
-                    return Err(Error::work(format!(
-                        "channel `{}` has {} values in `{}`; the model was trained on {} in `{}`",
-                        self.name, channel.width, channel.unit, self.width, self.unit
-                    )));
-                }
-                return Ok(from..from + self.width);
-            }
-            from += channel.width;
-        }
-        Err(missing(&self.name, channels))
-    }
-
-    fn is_sound(&self) -> bool {
-        self.width > 0
-            && match &self.kind {
-                Kind::Ranges {
-                    clip,
-                    sectors,
-                    sector_values,
-                } => {
-                    clip.is_finite()
-                        && *clip > 0.0
-                        && (1..=self.width).contains(sectors)
-                        && !sector_values.is_empty()
-                }
-                Kind::Values => true,
-            }
-    }
-
-    fn inputs(&self) -> usize {
-        match &self.kind {
-            Kind::Ranges {
-                sectors,
-                sector_values,
-                ..
-            } => sectors * sector_values.len(),
-            Kind::Values => self.width,
-        }
-    }
-
-    fn pool(&self, raw: &[f32], out: &mut Vec<f32>) {
-        let Kind::Ranges {
-            clip,
-            sectors,
-            sector_values,
-        } = &self.kind
-        else {
-            out.extend_from_slice(raw);
-            return;
-        };
-        let clipped: Vec<f32> = raw
-            .iter()
-            .map(|r| {
-                if r.is_nan() {
-                    *clip
-                } else {
-                    r.clamp(0.0, *clip)
-                }
-            })
-            .collect();
-        let mut sorted: Vec<Vec<f32>> = Vec::with_capacity(*sectors);
-        for sector in 0..*sectors {
-            let mut beams =
-                clipped[sector * raw.len() / sectors..(sector + 1) * raw.len() / sectors].to_vec();
-            beams.sort_by(f32::total_cmp);
-            sorted.push(beams);
-        }
-        for value in sector_values {
-            out.extend(sorted.iter().map(|beams| match value {
-                SectorValue::Nearest => beams[0],
-                SectorValue::Middle => beams[(beams.len() - 1) / 2],
-                SectorValue::Farthest => beams[beams.len() - 1],
-            }));
-        }
-    }
-}
-
-fn missing(name: &str, channels: &[Channel]) -> Error {
-    let found: Vec<String> = channels
-        .iter()
-        .map(|c| format!("`{}` ({} values)", c.name, c.width))
-        .collect();
-    Error::work(format!(
-        "no channel `{name}`; the recording has {}",
-        found.join(", ")
-    ))
 }
 
 fn mean_and_deviation(column: ArrayView1<f32>) -> (f32, f32) {

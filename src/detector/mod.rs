@@ -9,6 +9,7 @@ pub mod filters;
 pub mod input;
 pub mod net;
 pub mod random_projection;
+pub mod rendered;
 pub mod stacked;
 
 pub use config::{BoxedDetectorConfig, DetectorConfig, HandMade};

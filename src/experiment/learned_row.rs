@@ -1,16 +1,19 @@
 //! The filter with features of a snapshot: those that a model learned, and, for comparison, random ones.
 
 use super::{
-    method::{FeatureAnswers, Method},
+    method::{AnswersBy, FeatureAnswers, Method, method},
     methods::MethodContext,
 };
 use crate::{
-    belief::{Evidence, FeatureMap, Places},
+    belief::{Evidence, FeatureMap, GridMap, Places},
     detector::{Detector, input::Input, random_projection::RandomProjection},
     error::Result,
+    localiser::{PreparedSensorModel, sensor_model::PreparedEveryPose},
+    mapping::OccupancyMap,
     model::Model,
 };
 use ndarray::Array2;
+use std::sync::Arc;
 
 /// How learned features are kept and compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +36,9 @@ pub(super) fn learned_features<'a>(
     name: &str,
     title: &str,
 ) -> Result<Method<'a>> {
+    if let Some(method) = at_every_pose(context, model, rounded, name, title)? {
+        return Ok(method);
+    }
     let n = model.features();
     let detector = model.detector();
     let source = context.parts.source.as_ref();
@@ -58,13 +64,66 @@ pub(super) fn learned_features<'a>(
         Rounded::No => (size_of::<f32>() * n, context.config.evidence),
         Rounded::ToBits => (n.div_ceil(8), Evidence::MeanField),
     };
-    let layers = model.weights.layers.iter();
-    let numbers: usize = layers.map(|l| l.weight.len() + l.bias.len()).sum();
     Ok(Method {
         motion: Some(model.header.motion.clone()),
-        other_bytes: numbers * size_of::<f32>(),
+        other_bytes: network_bytes(model),
         ..context.features(name, title, bytes_per_place, (answers, map, evidence))?
     })
+}
+
+/// The same where the model's map answers at every pose. Its places are the grid's cells, which the robot fills itself from the
+/// occupancy map.
+///
+/// # Errors
+/// As [`learned_features`].
+fn at_every_pose<'a>(
+    context: &MethodContext<'a>,
+    model: &Model,
+    rounded: Rounded,
+    name: &str,
+    title: &str,
+) -> Result<Option<Method<'a>>> {
+    let Places::Plane(candidates) = &context.mapped.places else {
+        return Ok(None);
+    };
+    let as_bits = rounded == Rounded::ToBits;
+    let Some(map) = model.code_map(&context.grid, as_bits)? else {
+        return Ok(None);
+    };
+    let Some(at_candidates) = model.at_every_pose(candidates)? else {
+        return Ok(None);
+    };
+    let detector = model.detector();
+    let answers = FeatureAnswers::of_run(&detector, context.parts.run)?;
+    let at_candidates = map.as_kept(at_candidates.values.view()).mapv(f64::from);
+    let at_candidates = GridMap::new(at_candidates)?;
+    let held_out = context.judge(&answers.run, &at_candidates, Evidence::MeanField)?;
+    let map = Arc::new(map);
+    let prepared = |answers| Arc::new(PreparedEveryPose::new(answers, Arc::clone(&map)));
+    let source = context.parts.source.as_ref();
+    let on_source = source.map(|source| detector.probabilities(&source.recording));
+    let on_source = on_source.transpose()?;
+    Ok(Some(Method {
+        motion: Some(model.header.motion.clone()),
+        other_bytes: network_bytes(model) + model.occupancy.as_ref().map_or(0, OccupancyMap::bytes),
+        fills_map: true,
+        held_out,
+        ready_ms: answers.ready_ms,
+        validation: on_source.map(|answers| prepared(answers) as Arc<dyn PreparedSensorModel>),
+        ..method(
+            name,
+            title,
+            Some(map.bytes_per_cell()),
+            AnswersBy::PreparedSensor(prepared(answers.run)),
+        )
+    }))
+}
+
+/// What the networks take on a robot.
+fn network_bytes(model: &Model) -> usize {
+    let layers = model.weights.layers.iter();
+    let numbers: usize = layers.map(|l| l.weight.len() + l.bias.len()).sum();
+    numbers * size_of::<f32>()
 }
 
 /// Signs of random projections of the inputs: what learning buys is judged against them.

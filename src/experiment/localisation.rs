@@ -210,7 +210,11 @@ fn robot_bytes(method: &Method, context: &MethodContext) -> Option<usize> {
         Places::Plane(_) => 3,
     };
     let of_place = |bytes: usize| places.len() * (bytes + numbers * size_of::<f32>());
-    let all = method.other_bytes + method.bytes_per_place.map_or(0, of_place);
+    let of_places = match method.fills_map {
+        true => 0,
+        false => method.bytes_per_place.map_or(0, of_place),
+    };
+    let all = method.other_bytes + of_places;
     (all > 0).then_some(all)
 }
 

@@ -40,7 +40,8 @@ impl From<&Model> for Mapped {
             places: model.places(),
             map: recipe.map.clone(),
             motion: model.header.motion.clone(),
-            input: recipe.input.clone(),
+            // What is compared by its distance is compared in metres.
+            input: recipe.input.linear(),
         }
     }
 }

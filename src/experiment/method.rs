@@ -22,6 +22,8 @@ pub struct Method<'a> {
     pub bandwidth: Option<f64>,
     /// What the map keeps of a place besides its pose, in bytes.
     pub bytes_per_place: Option<usize>,
+    /// Whether the robot fills its map of places itself, from the rest of what it holds.
+    pub fills_map: bool,
     /// What the robot must hold besides the places: networks, or a map that is none of places. In bytes.
     pub other_bytes: usize,
     /// What the filter believes of odometry, where the configuration names nothing; `None`: as the first model learned.
@@ -103,6 +105,7 @@ pub(super) fn method<'a>(
         title: title.into(),
         bandwidth: None,
         bytes_per_place,
+        fills_map: false,
         other_bytes: 0,
         ready_ms: 0.0,
         evidence_scale: None,

@@ -9,7 +9,7 @@ use super::{
     parts::{Parts, TrainingSource},
 };
 use crate::{
-    belief::{Belief, Evidence, FeatureMap, Grid, Neighbours, Places, Uncertainty},
+    belief::{Belief, Evidence, FeatureMap, Grid, GridMap, Neighbours, Places, Uncertainty},
     detector::Detector,
     error::{Error, Result},
     learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES, training_set::covered},
@@ -209,7 +209,7 @@ impl<'a> MethodContext<'a> {
         bytes_per_place: usize,
         (answers, map, evidence): (FeatureAnswers, FeatureMap, Evidence),
     ) -> Result<Method<'a>> {
-        let held_out = self.judge(&answers.run, &map, evidence)?;
+        let held_out = self.judge(&answers.run, &map.at(&self.mapped.places)?, evidence)?;
         let at_cells = match *map.places() == self.mapped.places {
             true => map.from_neighbours(&self.cells),
             false => map.at(self.grid.places()),
@@ -352,20 +352,19 @@ impl<'a> MethodContext<'a> {
         Ok(self.priors.iter().map(of_prior).collect())
     }
 
-    /// Single-snapshot error reductions of features under every prior: by mean field where that is the evidence, else by the
+    /// Single-snapshot error reductions of features under every prior, with a map of the training places: by mean field where that is the evidence, else by the
     /// exact objective.
-    fn judge(
+    pub(super) fn judge(
         &self,
         answers: &Array2<f32>,
-        map: &FeatureMap,
+        at_candidates: &GridMap,
         evidence: Evidence,
     ) -> Result<Vec<ErrorReduction>> {
         let candidates = self.mapped.places.clone();
-        let at_candidates = map.at(&candidates)?;
         self.on_counted(|prior, truths| {
             let seen = answers.select(Axis(0), truths).mapv(f64::from);
             let truths = self.parts.places.select(truths);
-            let (truths, map) = ((&truths, seen.view()), (&candidates, &at_candidates));
+            let (truths, map) = ((&truths, seen.view()), (&candidates, at_candidates));
             match evidence {
                 Evidence::MeanField => Ok(held_out::by_mean_field(prior, truths, map)),
                 _ => held_out::by_features(prior, truths, map),

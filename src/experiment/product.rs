@@ -63,6 +63,7 @@ pub fn product<'a>(
     let on_validation = PreparedProduct::new(on_validation);
     let answers = AnswersBy::PreparedSensor(Arc::new(PreparedProduct::new(on_run)));
     Ok(Some(Method {
+        fills_map: methods.iter().any(|factor| factor.fills_map),
         other_bytes,
         ready_ms,
         motion: methods.first().and_then(|factor| factor.motion.clone()),

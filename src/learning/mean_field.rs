@@ -10,6 +10,9 @@
 //! ∂E/∂g = R·(ln m − ln(1 − m))      ∂E/∂m = T/m − (r − T)/(1 − m),  T = Rᵀ·g,  r = Rᵀ·1
 //! ```
 //!
+//! Besides it the cross entropy between q and a Gaussian about ξ* may be descended ([`Priors::with_targets`]): R gains
+//! w_k*·c·(q − t), t the Gaussian over the admitted candidates and c metres a nat.
+//!
 //! It is what [mean-field evidence](crate::belief::Evidence::MeanField) does to a uniform belief, and equals the exact
 //! objective (Thrun 1998, eq. 42) where every g is 0 or 1. Cost: truths × candidates × n, no more for 256 features than
 //! 2^n would cost for eight.
@@ -156,14 +159,24 @@ impl LogMap {
             let row = from + row;
             // A row of an array in standard layout is a slice.
             let slope = slope.as_slice_mut().unwrap_or_default();
-            *error_m = expected_error(&priors.errors_m(row), weight[row], slope);
+            *error_m = expected_error(
+                &priors.errors_m(row),
+                weight[row],
+                priors.target(row),
+                slope,
+            );
         }
         slope
     }
 }
 
 /// One truth: from the row L to the row R, in place; returns its expected error in metres.
-fn expected_error(errors_m: &[f32], weight: f64, row: &mut [f32]) -> f64 {
+fn expected_error(
+    errors_m: &[f32],
+    weight: f64,
+    target: Option<(ArrayView1<f32>, f64)>,
+    row: &mut [f32],
+) -> f64 {
     // Highest among the admitted only: else all of a narrow window may underflow.
     let admitted = row
         .iter()
@@ -181,9 +194,24 @@ fn expected_error(errors_m: &[f32], weight: f64, row: &mut [f32]) -> f64 {
         error_sum += f64::from(*l) * f64::from(error_m);
     }
     let expected = if sum > 0.0 { error_sum / sum } else { 0.0 };
-    for (q, &error_m) in row.iter_mut().zip(errors_m) {
-        if *q > 0.0 {
-            *q = (weight * f64::from(*q) / sum * (f64::from(error_m) - expected)) as f32;
+    match target {
+        None => {
+            for (q, &error_m) in row.iter_mut().zip(errors_m) {
+                if *q > 0.0 {
+                    *q = (weight * f64::from(*q) / sum * (f64::from(error_m) - expected)) as f32;
+                }
+            }
+        }
+        // The cross entropy −Σ t ln q has the slope q − t, where the prior admits more than one.
+        Some((target, counts_m)) => {
+            for ((q, &error_m), &t) in row.iter_mut().zip(errors_m).zip(target) {
+                if error_m != NOT_ADMITTED {
+                    let share = f64::from(*q) / sum;
+                    let slope_m =
+                        share * (f64::from(error_m) - expected) + counts_m * (share - f64::from(t));
+                    *q = (weight * slope_m) as f32;
+                }
+            }
         }
     }
     expected

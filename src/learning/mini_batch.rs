@@ -48,7 +48,10 @@ impl MiniBatch {
             ));
         }
         let truths = truths.some(recipe.descent.truths_per_step, &mut random);
-        let candidates = candidates.stretches(recipe.descent.candidates_per_step, &mut random);
+        let visited = match training_set.every_pose {
+            Some(_) => Vec::new(), // its candidates are drawn beside the truths, once these have moved
+            None => candidates.stretches(recipe.descent.candidates_per_step, &mut random),
+        };
         let uncertainty = truths.iter().map(|_| draw_uncertainty(recipe, &mut random));
         let uncertainty = uncertainty.collect();
 
@@ -63,12 +66,21 @@ impl MiniBatch {
                 training_set.places.select(&truths),
             ),
         };
-        let candidate_inputs = training_set.inputs.select(Axis(0), &candidates);
+        let (candidate_places, candidate_inputs) = match &training_set.every_pose {
+            Some(every_pose) => {
+                every_pose.draw(&truth_places, recipe.descent.rendered_per_step, &mut random)
+            }
+            None => (
+                training_set.places.select(&visited),
+                training_set.inputs.select(Axis(0), &visited),
+            ),
+        };
         let problem = Problem::for_step(
             recipe,
+            &training_set.map,
             uncertainty,
             truth_places,
-            training_set.places.select(&candidates),
+            candidate_places,
         )?;
         let inputs = concatenate(Axis(0), &[truth_inputs.view(), candidate_inputs.view()])
             .map_err(|e| Error::work(format!("inputs of a step: {e}")))?;
@@ -132,7 +144,7 @@ fn some(total: usize, count: usize, random: &mut Stream) -> Vec<usize> {
 const STRETCH: usize = 16;
 
 /// The uncertainty of one truth.
-fn draw_uncertainty(recipe: &Recipe, random: &mut Stream) -> Uncertainty {
+pub(super) fn draw_uncertainty(recipe: &Recipe, random: &mut Stream) -> Uncertainty {
     let mix = &recipe.priors;
     let half_turn_rad = match recipe.uncertainty {
         Uncertainty::Window { half_turn_rad, .. } => half_turn_rad,
@@ -175,15 +187,24 @@ impl TrainingSet<'_> {
         }
         let snapshots: Vec<usize> = truths.iter().map(|&k| self.snapshots[k]).collect();
         let moves = Moves { shift_m, turn_rad };
-        let mut seen = views.drawn(&snapshots, &moves, random)?;
-        if people > 0.0 {
-            seen = seen.with_people_drawn(people, random)?;
-        }
-        if dropped_beams > 0.0 {
-            seen = drop_beams(seen, dropped_beams, random)?;
-        }
-        Ok(Some(seen))
+        let seen = views.drawn(&snapshots, &moves, random)?;
+        blinded(seen, config, random).map(Some)
     }
+}
+
+/// Snapshots with people in the way and beams dropped, as a recipe has it.
+pub(super) fn blinded(
+    mut seen: Recording,
+    config: &AugmentationConfig,
+    random: &mut Stream,
+) -> Result<Recording> {
+    if config.people > 0.0 {
+        seen = seen.with_people_drawn(config.people, random)?;
+    }
+    if config.dropped_beams > 0.0 {
+        seen = drop_beams(seen, config.dropped_beams, random)?;
+    }
+    Ok(seen)
 }
 
 /// Beams that a person in the way hides together, as a share of a scan: about 20° of a half circle.

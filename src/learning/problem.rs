@@ -9,7 +9,7 @@ use super::{
     smoothing::Smoothing,
 };
 use crate::{
-    belief::{Places, Uncertainty},
+    belief::{MapConfig, Places, Uncertainty},
     error::Result,
 };
 use ndarray::{Array1, Array2, ArrayView2};
@@ -66,14 +66,23 @@ pub struct Pairs {
     pub weight: Array1<f64>,
     /// E_prior in metres.
     pub prior_error_m: f64,
+    /// Where posteriors should be, `[truth, candidate]`, and what a nat of their cross entropy counts for in metres, `[truth]`;
+    /// none where the error alone is descended.
+    pub targets: Option<(Array2<f32>, Array1<f64>)>,
 }
 
 impl Problem {
-    /// Equal weights for the truths, who all have the stated uncertainty: what is reported.
+    /// Equal weights for the truths, who all have the stated uncertainty: what is reported. `map` says how a candidate's map is
+    /// made of the candidates around it.
     ///
     /// # Errors
     /// Where there is no candidate.
-    pub fn reported(recipe: &Recipe, truths: &Places, candidates: &Places) -> Result<Self> {
+    pub fn reported(
+        recipe: &Recipe,
+        map: &MapConfig,
+        truths: &Places,
+        candidates: &Places,
+    ) -> Result<Self> {
         let priors = match recipe.descent.objective {
             ObjectiveKind::Exact => Joined::Exact(
                 PriorOperator::new(recipe.uncertainty, truths, candidates),
@@ -93,7 +102,7 @@ impl Problem {
         };
         Ok(Self {
             priors,
-            smoothing: Smoothing::new(&recipe.map, candidates)?,
+            smoothing: Smoothing::new(map, candidates)?,
         })
     }
 
@@ -104,15 +113,17 @@ impl Problem {
     /// Where there is no candidate.
     pub fn for_step(
         recipe: &Recipe,
+        map: &MapConfig,
         uncertainty: Vec<Uncertainty>,
         truths: Places,
         candidates: Places,
     ) -> Result<Self> {
         if recipe.descent.objective == ObjectiveKind::Exact {
-            return Self::reported(recipe, &truths, &candidates);
+            return Self::reported(recipe, map, &truths, &candidates);
         }
-        let smoothing = Smoothing::new(&recipe.map, &candidates)?;
-        let priors = Priors::new(uncertainty, truths, candidates);
+        let smoothing = Smoothing::new(map, &candidates)?;
+        let mut priors = Priors::new(uncertainty, truths, candidates);
+        priors.with_targets(recipe.descent.cross_entropy);
         let weight = priors.relative_weights();
         Ok(Self {
             priors: Joined::MeanField(priors, weight),
@@ -144,6 +155,7 @@ impl Problem {
                 errors_m: priors.table(),
                 weight: weight.clone(),
                 prior_error_m,
+                targets: priors.targets(),
             })
         };
         match &self.priors {

@@ -4,14 +4,18 @@
 
 use super::{
     error_reduction::{ErrorReduction, Errors},
+    every_pose::{EveryPose, alone},
     problem::{Problem, Workspace},
     recipe::{ObjectiveKind, Recipe},
+    start::Start,
 };
 use crate::{
-    belief::Places,
-    detector::input::Input,
+    belief::{MapConfig, Places},
+    detector::{input::Input, net::Weights},
     error::{Error, Result},
+    mapping::OccupancyMap,
     recording::{Recording, split::Split, viewpoint::Views},
+    seed::Seed,
 };
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, CowArray, Ix2};
 use rstar::{RTree, primitives::GeomWithData};
@@ -38,6 +42,12 @@ pub struct TrainingSet<'a> {
     pub runs: Vec<i64>,
     /// The recording's scans from moved places, where it has scans.
     pub views: Option<Views<'a>>,
+    /// What is rendered at every pose, where the map is filled from that.
+    pub every_pose: Option<EveryPose>,
+    /// How a candidate's map is made of the candidates around it.
+    pub map: MapConfig,
+    /// The networks before the first step, without the gain.
+    pub weights: Weights,
     /// Training snapshots that the objective is judged on, and steps without a draw descend on.
     truths: Vec<usize>,
     problem: Problem,
@@ -58,13 +68,42 @@ impl<'a> TrainingSet<'a> {
     /// # Errors
     /// Where fewer training snapshots are left than the map has neighbours, or no window holds a second snapshot.
     pub fn prepare(recipe: &Recipe, recording: &'a Recording, split: &Split) -> Result<Self> {
+        Self::in_map(recipe, recording, split, None, None)
+    }
+
+    /// The same, with scans rendered in a map that was made elsewhere, or for networks that have learned already.
+    ///
+    /// # Errors
+    /// As [`TrainingSet::prepare`], and where the recording's scans can't be rendered, or the sensors or the recipe don't fit to the
+    /// networks.
+    pub fn in_map(
+        recipe: &Recipe,
+        recording: &'a Recording,
+        split: &Split,
+        given: Option<&OccupancyMap>,
+        start: Option<&Start>,
+    ) -> Result<Self> {
         let all_places = Places::of(recording);
         let places = all_places.select(&split.train);
         recipe.map.nearness.check(places.len())?;
-        let input = Input::fit(&recipe.input, recording, &split.train)?;
+        let mut input = Input::fit(&recipe.input, recording, &split.train)?;
+        if let Some(start) = start {
+            input = start.input_for(input, recording.channels())?;
+        }
+        let mut random = Seed(recipe.seed).stream("initial weights");
+        let mut weights =
+            Weights::random(&recipe.network, input.shape(), recipe.features, &mut random);
+        if let Some(start) = start {
+            weights = start.weights_for(recipe, weights)?;
+        }
         let all_inputs = input.transform(recording)?;
+        let every_pose = EveryPose::prepare(recipe, recording, split, &input, given)?;
+        let map = match every_pose {
+            Some(_) => alone(&recipe.map),
+            None => recipe.map.clone(),
+        };
         let truths = evenly(places.len(), most_judged(recipe));
-        let problem = Problem::reported(recipe, &places.select(&truths), &places)?;
+        let problem = Problem::reported(recipe, &map, &places.select(&truths), &places)?;
         if problem.window_sizes().iter().all(|&size| size < 2) {
             return Err(Error::work(format!(
                 "uncertainty {}: no training snapshot has another one in its window, so there is nothing to distinguish; \
@@ -78,8 +117,13 @@ impl<'a> TrainingSet<'a> {
                  mistake costs anything; expected a robot that moves",
             ));
         }
-        let validation_set =
-            ValidationSet::prepare(recipe, &all_places, &all_inputs, &places, &split.validation)?;
+        let validation_set = ValidationSet::prepare(
+            recipe,
+            &map,
+            (&all_places, &all_inputs),
+            &places,
+            &split.validation,
+        )?;
         Ok(Self {
             inputs: all_inputs.select(Axis(0), &split.train),
             input,
@@ -91,6 +135,9 @@ impl<'a> TrainingSet<'a> {
                 .map(|&k| recording.columns().run[k])
                 .collect(),
             views: Views::of(recording)?,
+            every_pose,
+            map,
+            weights,
             truths,
             problem,
             validation_set,
@@ -139,13 +186,27 @@ impl<'a> TrainingSet<'a> {
         self.truths.len()
     }
 
-    /// What the training part makes of its own places, with the map that localisation uses.
+    /// Inputs of the candidates at the training places: rendered where the map is filled from that, else what was recorded,
+    /// `[snapshot, input]`.
+    pub fn candidates(&self) -> ArrayView2<'_, f32> {
+        match &self.every_pose {
+            Some(every_pose) => every_pose.at_training.view(),
+            None => self.inputs.view(),
+        }
+    }
+
+    /// What the training part makes of its own places, with the map that localisation uses: `activation` of what was recorded
+    /// there, `candidates` of [`TrainingSet::candidates`].
     ///
     /// # Errors
     /// Where there are too many features for the exact objective.
-    pub fn judge(&self, activation: ArrayView2<f32>) -> Result<ErrorReduction> {
+    pub fn judge(
+        &self,
+        activation: ArrayView2<f32>,
+        candidates: ArrayView2<f32>,
+    ) -> Result<ErrorReduction> {
         self.problem
-            .judge(self.of_truths(activation).view(), activation)
+            .judge(self.of_truths(activation).view(), candidates)
     }
 
     /// The truths' rows of the training part.
@@ -189,15 +250,16 @@ fn evenly(count: usize, most: usize) -> Vec<usize> {
 impl ValidationSet {
     fn prepare(
         recipe: &Recipe,
-        all_places: &Places,
-        all_inputs: &Array2<f32>,
+        map: &MapConfig,
+        (all_places, all_inputs): (&Places, &Array2<f32>),
         places: &Places,
         validation: &[usize],
     ) -> Result<Option<Self>> {
         let covered = covered(all_places, validation, places);
         let judged = evenly(covered.len(), most_judged(recipe));
         let covered: Vec<usize> = judged.into_iter().map(|i| covered[i]).collect();
-        let sizes = Problem::reported(recipe, &all_places.select(&covered), places)?.window_sizes();
+        let sizes =
+            Problem::reported(recipe, map, &all_places.select(&covered), places)?.window_sizes();
         let counted: Vec<usize> = covered
             .into_iter()
             .zip(sizes)
@@ -207,7 +269,7 @@ impl ValidationSet {
         if counted.is_empty() {
             return Ok(None);
         }
-        let problem = Problem::reported(recipe, &all_places.select(&counted), places)?;
+        let problem = Problem::reported(recipe, map, &all_places.select(&counted), places)?;
         if !problem.has_prior_error() {
             return Ok(None); // a reduction of nothing is no number
         }

@@ -1,6 +1,6 @@
 //! Localisation of a live robot, one observation at a time, without a dataset.
 
-use super::sensor_model::{EvidenceScale, LearnedFeatures, SensorModel};
+use super::sensor_model::{EveryPose, EvidenceScale, LearnedFeatures, SensorModel};
 use crate::{
     belief::{BayesFilter, Belief, Evidence, Grid, GridConfig, OdometryMotion, Places},
     error::{Error, Result},
@@ -105,11 +105,21 @@ impl LiveLocaliser {
     /// or the grid would have too many cells.
     pub fn with_config(model: &Model, config: &LiveConfig) -> Result<Self> {
         let grid = Arc::new(Grid::over(&model.places(), &config.grid)?);
-        let map = Arc::new(model.map()?.at(grid.places())?);
-        let sensor = LearnedFeatures::new(Arc::new(model.detector()), map, config.evidence)?;
+        let detector = Arc::new(model.detector());
+        let at_every_pose = match config.evidence {
+            Evidence::MeanField => model.code_map(&grid, false)?,
+            _ => None,
+        };
+        let sensor: Box<dyn SensorModel> = match at_every_pose {
+            Some(map) => Box::new(EveryPose::new(detector, Arc::new(map))?),
+            None => {
+                let map = Arc::new(model.map()?.at(grid.places())?);
+                Box::new(LearnedFeatures::new(detector, map, config.evidence)?)
+            }
+        };
         let motion = config.motion.as_ref().unwrap_or(&model.header.motion);
         let stream = Seed(config.seed).stream("sampled features");
-        let mut robot = Self::from_parts(&grid, motion.clone(), Box::new(sensor), stream)?;
+        let mut robot = Self::from_parts(&grid, motion.clone(), sensor, stream)?;
         robot.scale = match config.evidence_scale.or(model.header.evidence_scale) {
             Some(scale) if !(scale.is_finite() && scale > 0.0) => {
                 return Err(Error::usage(format!(

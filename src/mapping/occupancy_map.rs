@@ -209,6 +209,32 @@ impl OccupancyMap {
         })
     }
 
+    /// The same without the margins where nothing is known.
+    pub fn cropped(&self) -> Self {
+        let [width, height] = self.size();
+        let known =
+            |column: usize, row: usize| self.cells[row * width + column] != Occupancy::Unknown;
+        let columns = 0..width;
+        let rows = 0..height;
+        let is_known_row = |row: &usize| columns.clone().any(|column| known(column, *row));
+        let is_known_column = |column: &usize| rows.clone().any(|row| known(*column, row));
+        // A map has an occupied cell, so there is a first and a last of each.
+        let south = rows.clone().find(is_known_row).unwrap_or(0);
+        let north = rows.clone().rev().find(is_known_row).unwrap_or(0);
+        let west = columns.clone().find(is_known_column).unwrap_or(0);
+        let east = columns.clone().rev().find(is_known_column).unwrap_or(0);
+        let row = |row: usize| &self.cells[row * width + west..row * width + east + 1];
+        Self {
+            cell_m: self.cell_m,
+            origin_m: [
+                self.origin_m[0] + west as f64 * self.cell_m,
+                self.origin_m[1] + south as f64 * self.cell_m,
+            ],
+            width: east + 1 - west,
+            cells: (south..=north).flat_map(row).copied().collect(),
+        }
+    }
+
     /// Edge of a cell, in metres.
     pub fn cell_m(&self) -> f64 {
         self.cell_m

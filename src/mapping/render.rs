@@ -70,8 +70,8 @@ pub enum Rendered {
     Hit(f32),
     /// Nothing within the beam's maximum: there would be no return.
     Free,
-    /// The beam leaves what is known: nobody can say.
-    Unknown,
+    /// The beam leaves what is known: nobody can say what it meets from this distance on, in metres.
+    Unknown(f32),
 }
 
 impl Rendered {
@@ -79,7 +79,7 @@ impl Rendered {
     pub fn reading_m(self) -> f32 {
         match self {
             Rendered::Hit(range_m) => range_m,
-            Rendered::Free | Rendered::Unknown => f32::NAN,
+            Rendered::Free | Rendered::Unknown(_) => f32::NAN,
         }
     }
 }
@@ -103,7 +103,7 @@ impl Rendered {
 /// let seen = renderer.at(&Pose::new(3.0, 1.0, 0.0));
 /// assert!(matches!(seen[0], Rendered::Hit(range_m) if (range_m - 1.025).abs() < 1e-3));
 /// assert_eq!(seen[1], Rendered::Free);
-/// assert_eq!(renderer.at(&Pose::new(0.5, 1.0, 0.0))[1], Rendered::Unknown); // leaves the map
+/// assert!(matches!(renderer.at(&Pose::new(0.5, 1.0, 0.0))[1], Rendered::Unknown(_))); // leaves the map
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -222,16 +222,16 @@ impl Renderer {
     /// What a beam sees of what its rays meet.
     fn nearest(&self, beam: &RangeBeam, rays: impl Iterator<Item = Ray>) -> Rendered {
         let most_m = self.most_m(beam) as f32;
-        let (mut nearest_m, mut lost) = (f32::INFINITY, false);
+        let (mut nearest_m, mut lost_m) = (f32::INFINITY, f32::INFINITY);
         for ray in rays {
             match ray {
                 Ray::Hit(range_m) => nearest_m = nearest_m.min(range_m),
-                Ray::Lost(range_m) => lost |= range_m < most_m,
+                Ray::Lost(range_m) => lost_m = lost_m.min(range_m),
             }
         }
         match nearest_m < most_m {
             true => Rendered::Hit(nearest_m),
-            false if lost => Rendered::Unknown,
+            false if lost_m < most_m => Rendered::Unknown(lost_m),
             false => Rendered::Free,
         }
     }

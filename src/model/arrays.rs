@@ -1,4 +1,4 @@
-//! Named arrays of two number types: what both containers carry.
+//! Named arrays of a few number types: what both containers carry.
 
 use crate::error::{Error, Result};
 use ndarray::{Array, ArrayD, Dimension};
@@ -19,8 +19,19 @@ pub(super) struct Arrays {
 
 #[derive(Debug)]
 pub(super) enum Values {
+    U8(ArrayD<u8>),
     F32(ArrayD<f32>),
     F64(ArrayD<f64>),
+}
+
+impl Values {
+    fn number_type(&self) -> &'static str {
+        match self {
+            Values::U8(_) => "u8",
+            Values::F32(_) => "f32",
+            Values::F64(_) => "f64",
+        }
+    }
 }
 
 impl Arrays {
@@ -30,6 +41,10 @@ impl Arrays {
             path: path.to_path_buf(),
             by_name: BTreeMap::new(),
         }
+    }
+
+    pub(super) fn put_u8(&mut self, name: &str, values: ArrayD<u8>) {
+        self.by_name.insert(name.to_string(), Values::U8(values));
     }
 
     pub(super) fn put_f32(&mut self, name: &str, values: ArrayD<f32>) {
@@ -57,11 +72,19 @@ impl Arrays {
         )
     }
 
+    /// The array of that name: u8, of so many axes as `D` has.
+    pub(super) fn u8<D: Dimension>(&self, name: &str) -> Result<Array<u8, D>> {
+        match self.get(name)? {
+            Values::U8(values) => self.checked(name, values, |_| true),
+            other => Err(self.wrong(name, format!("{}; expected u8", other.number_type()))),
+        }
+    }
+
     /// The array of that name: f32, of so many axes as `D` has, all its numbers finite.
     pub(super) fn f32<D: Dimension>(&self, name: &str) -> Result<Array<f32, D>> {
         match self.get(name)? {
             Values::F32(values) => self.checked(name, values, |v| v.is_finite()),
-            Values::F64(_) => Err(self.wrong(name, "f64; expected f32")),
+            other => Err(self.wrong(name, format!("{}; expected f32", other.number_type()))),
         }
     }
 
@@ -69,7 +92,7 @@ impl Arrays {
     pub(super) fn f64<D: Dimension>(&self, name: &str) -> Result<Array<f64, D>> {
         match self.get(name)? {
             Values::F64(values) => self.checked(name, values, |v| v.is_finite()),
-            Values::F32(_) => Err(self.wrong(name, "f32; expected f64")),
+            other => Err(self.wrong(name, format!("{}; expected f64", other.number_type()))),
         }
     }
 

@@ -4,6 +4,7 @@ use crate::{
     belief::{OdometryMotion, Uncertainty},
     detector::{input::Input, net::Activation},
     learning::{ErrorReduction, Recipe, trainer::StoppedBy},
+    mapping::RangeSensors,
     recording::Channel,
 };
 use serde::{Deserialize, Serialize};
@@ -34,9 +35,24 @@ pub struct Header {
     pub evidence_scale: Option<f64>,
     /// Expected errors reached.
     pub scores: Scores,
+    /// Where and how scans are rendered, where the map is filled from that: its cells stand in the arrays.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub occupancy: Option<OccupancyHeader>,
     /// How the training went; none in files written before this was recorded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub training: Option<TrainingRecord>,
+}
+
+/// An occupancy map in a model, and how wide the beams are that look at it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct OccupancyHeader {
+    /// Edge of a cell, in metres.
+    pub cell_m: f64,
+    /// South-west corner of the first cell, in the frame of the training poses, in metres.
+    pub origin_m: [f64; 2],
+    /// The sensors that rendered scans are of.
+    pub sensors: RangeSensors,
 }
 
 /// How the training of a model went.

@@ -2,22 +2,37 @@
 
 use super::{arrays::Arrays, header::Header, trained_model::Model};
 use crate::{
-    detector::net::{Layer, Weights},
+    detector::net::{Convolution, Layer, Weights},
     error::{Error, Result},
     geometry::Pose,
+    mapping::{Occupancy, OccupancyMap},
 };
-use ndarray::{Array1, Array2, Array3, Axis, Ix1, Ix2};
+use ndarray::{Array1, Array2, Array3, Axis, Ix1, Ix2, Ix3};
+use serde_json::{Value, json};
 use std::{collections::BTreeSet, path::Path};
 
 /// The arrays of a model, to be written to `path`.
 pub(super) fn arrays(model: &Model, path: &Path) -> Arrays {
     let mut arrays = Arrays::new(path);
+    let names = Names {
+        convolutions: model.weights.convolutions.len(),
+        shared: model.weights.trunk,
+    };
     for (l, layer) in model.weights.layers.iter().enumerate() {
         for i in 0..layer.bias.nrows() {
-            let name = layer_name(model.weights.trunk, l, i);
+            let name = names.layer(l, i);
             // [in, out] here, [out, in] in the file, as every framework stores it
             let weight = layer.weight.index_axis(Axis(0), i).t().to_owned();
-            arrays.put_f32(&weight_of(&name), weight.into_dyn());
+            let weight = match model.weights.convolutions.get(l) {
+                None => weight.into_dyn(),
+                // [out, tap, in] here, [out, in, tap] there
+                Some(c) => {
+                    let shape = (c.outputs, c.inputs, c.width);
+                    let entry = |(out, number, tap)| weight[[out, tap * c.inputs + number]];
+                    Array3::from_shape_fn(shape, entry).into_dyn()
+                }
+            };
+            arrays.put_f32(&weight_of(&name), weight);
             arrays.put_f32(&bias_of(&name), layer.bias.row(i).to_owned().into_dyn());
         }
     }
@@ -39,6 +54,13 @@ pub(super) fn arrays(model: &Model, path: &Path) -> Arrays {
         arrays.put_f64("map.route", Array1::from(route.clone()).into_dyn());
     }
     arrays.put_f32("map.activation", model.activation.clone().into_dyn());
+    if let Some(map) = &model.occupancy {
+        let [columns, rows] = map.size();
+        let cells = Array2::from_shape_fn((rows, columns), |(row, column)| {
+            occupancy_number(map.cells()[row * columns + column])
+        });
+        arrays.put_u8(OCCUPANCY, cells.into_dyn());
+    }
     arrays
 }
 
@@ -46,8 +68,10 @@ pub(super) fn arrays(model: &Model, path: &Path) -> Arrays {
 /// surprise the rest of the program.
 pub(super) fn model(path: &Path, meta: &str, arrays: &Arrays) -> Result<Model> {
     let in_header = |fault: String| Error::input(path, "header", fault);
-    let mut header: Header = serde_json::from_str(meta)
-        .map_err(|e| in_header(format!("{e}; expected the JSON of a model")))?;
+    let no_model = |e: serde_json::Error| in_header(format!("{e}; expected the JSON of a model"));
+    let mut meta: Value = serde_json::from_str(meta).map_err(no_model)?;
+    without_later_keys(&mut meta);
+    let mut header: Header = serde_json::from_value(meta).map_err(no_model)?;
     let checked = header.recipe.check();
     checked.map_err(|e| in_header(format!("recipe: {e}")))?;
     if let Some(scale) = header
@@ -100,6 +124,7 @@ pub(super) fn model(path: &Path, meta: &str, arrays: &Arrays) -> Result<Model> {
             format!("{} entries; expected {k}, one a place", route.len()),
         ));
     }
+    let occupancy = occupancy(&header, arrays)?;
     let pose = pose.rows().into_iter();
     let model = Model {
         header,
@@ -107,18 +132,88 @@ pub(super) fn model(path: &Path, meta: &str, arrays: &Arrays) -> Result<Model> {
         pose: pose.map(|p| Pose::new(p[0], p[1], p[2])).collect(),
         route_m,
         activation,
+        occupancy,
     };
     let map = model.map(); // says what of recipe.map does not fit the places
     map.map_err(|e| in_header(format!("recipe: {e}")))?;
+    if let Some(rendered) = model.rendered_inputs() {
+        rendered.map_err(|e| in_header(format!("occupancy: {e}")))?;
+    }
     Ok(model)
 }
 
-/// Name of layer `layer` of network `filter`, where the first `trunk` layers are shared: `filter.trunk.{layer}`, then
-/// `filter.{i}.{layer}`, each counted from 0.
-fn layer_name(trunk: usize, layer: usize, filter: usize) -> String {
-    match layer.checked_sub(trunk) {
-        None => format!("filter.trunk.{layer}"),
-        Some(own) => format!("filter.{filter}.{own}"),
+/// A header that does not speak of something is of a time before there was any: it has none, not the default's.
+fn without_later_keys(meta: &mut Value) {
+    for (place, key, none) in [
+        ("/recipe/network", "convolutions", json!([])),
+        ("/recipe/descent", "cross_entropy", json!(0.0)),
+        ("/recipe/map", "filled_from", json!("visits")),
+    ] {
+        if let Some(table) = meta.pointer_mut(place).and_then(Value::as_object_mut) {
+            table.entry(key).or_insert(none);
+        }
+    }
+}
+
+/// The occupancy map's array.
+const OCCUPANCY: &str = "map.occupancy";
+
+/// As ROS numbers occupancy.
+fn occupancy_number(cell: Occupancy) -> u8 {
+    match cell {
+        Occupancy::Free => 0,
+        Occupancy::Occupied => 100,
+        Occupancy::Unknown => 255,
+    }
+}
+
+/// The occupancy map that a header describes.
+fn occupancy(header: &Header, arrays: &Arrays) -> Result<Option<OccupancyMap>> {
+    let Some(of) = &header.occupancy else {
+        return Ok(None);
+    };
+    let numbers = arrays.u8::<Ix2>(OCCUPANCY)?;
+    let cell = |&number: &u8| {
+        let all = [Occupancy::Free, Occupancy::Occupied, Occupancy::Unknown];
+        let named = all
+            .into_iter()
+            .find(|&cell| occupancy_number(cell) == number);
+        named.ok_or_else(|| {
+            let fault =
+                format!("holds {number}; expected 0 (free), 100 (occupied) or 255 (unknown)");
+            arrays.wrong(OCCUPANCY, fault)
+        })
+    };
+    let cells = numbers.iter().map(cell).collect::<Result<Vec<_>>>()?;
+    let map = OccupancyMap::from_cells(of.cell_m, of.origin_m, numbers.ncols(), cells);
+    map.map(Some)
+        .map_err(|fault| arrays.wrong(OCCUPANCY, fault))
+}
+
+/// How layers are named: `filter.convolution.{layer}`, `filter.trunk.{layer}`, then `filter.{i}.{layer}`, each counted from 0.
+#[derive(Clone, Copy)]
+struct Names {
+    convolutions: usize,
+    /// Convolutions and trunk.
+    shared: usize,
+}
+
+impl Names {
+    fn of(header: &Header) -> Self {
+        let (network, inputs) = (&header.recipe.network, header.input.shape());
+        Self {
+            convolutions: network.convolutions(inputs).len(),
+            shared: network.shared_layers(inputs),
+        }
+    }
+
+    /// Layer `layer`, counted from the input, of network `filter`.
+    fn layer(&self, layer: usize, filter: usize) -> String {
+        match layer {
+            l if l < self.convolutions => format!("filter.convolution.{l}"),
+            l if l < self.shared => format!("filter.trunk.{}", l - self.convolutions),
+            l => format!("filter.{filter}.{}", l - self.shared),
+        }
     }
 }
 
@@ -133,11 +228,10 @@ fn bias_of(layer: &str) -> String {
 /// Names of all layers of the networks that a header describes.
 fn layer_names(header: &Header) -> BTreeSet<String> {
     let recipe = &header.recipe;
-    let trunk = recipe.network.trunk.len();
-    let shapes = recipe.network.shapes(header.input.width(), recipe.features);
-    let names = |(l, [networks, _, _]): (usize, [usize; 3])| {
-        (0..networks).map(move |i| layer_name(trunk, l, i))
-    };
+    let named = Names::of(header);
+    let shapes = recipe.network.shapes(header.input.shape(), recipe.features);
+    let names =
+        |(l, [networks, _, _]): (usize, [usize; 3])| (0..networks).map(move |i| named.layer(l, i));
     shapes.into_iter().enumerate().flat_map(names).collect()
 }
 
@@ -171,18 +265,38 @@ fn check_names(header: &Header, arrays: &Arrays) -> Result<()> {
     }
 }
 
+/// The weights of a layer of convolutions, `[out, tap · in]`, which the file has as `[out, in, tap]`.
+fn by_tap(arrays: &Arrays, name: &str, layer: &Convolution) -> Result<Array2<f32>> {
+    let found = arrays.f32::<Ix3>(name)?;
+    let expected = (layer.outputs, layer.inputs, layer.width);
+    if found.dim() != expected {
+        return Err(arrays.wrong(
+            name,
+            format!("shape {:?}; expected {expected:?}", found.shape()),
+        ));
+    }
+    let shape = (layer.outputs, layer.width * layer.inputs);
+    Ok(Array2::from_shape_fn(shape, |(out, column)| {
+        found[[out, column % layer.inputs, column / layer.inputs]]
+    }))
+}
+
 /// The networks, whose shapes must be those that the header's recipe gives.
 fn weights(header: &Header, arrays: &Arrays) -> Result<Weights> {
     let network = &header.recipe.network;
-    let trunk = network.trunk.len();
+    let inputs = header.input.shape();
+    let (names, convolutions) = (Names::of(header), network.convolutions(inputs));
     let mut layers = Vec::new();
-    let shapes = network.shapes(header.input.width(), header.recipe.features);
+    let shapes = network.shapes(inputs, header.recipe.features);
     for (l, [networks, inputs, outputs]) in shapes.into_iter().enumerate() {
         let (mut weight, mut bias) = (Vec::new(), Vec::new());
         for i in 0..networks {
-            let layer = layer_name(trunk, l, i);
+            let layer = names.layer(l, i);
             let name = weight_of(&layer);
-            let found = arrays.f32::<Ix2>(&name)?;
+            let found = match convolutions.get(l) {
+                None => arrays.f32::<Ix2>(&name)?,
+                Some(c) => by_tap(arrays, &name, c)?,
+            };
             if found.dim() != (outputs, inputs) {
                 return Err(arrays.wrong(
                     &name,
@@ -210,7 +324,8 @@ fn weights(header: &Header, arrays: &Arrays) -> Result<Weights> {
     }
     Ok(Weights {
         layers,
-        trunk,
+        convolutions,
+        trunk: names.shared,
         activation: header.activation,
     })
 }

@@ -5,6 +5,8 @@
 //!
 //! | array | shape | what |
 //! |---|---|---|
+//! | `filter.convolution.{layer}.weight` | `[out, in, tap]` f32 | convolutions over the sectors of a scan; often none |
+//! | `filter.convolution.{layer}.bias` | `[out]` f32 | |
 //! | `filter.trunk.{layer}.weight` | `[out, in]` f32 | layers that all networks share, from the input; often none |
 //! | `filter.trunk.{layer}.bias` | `[out]` f32 | |
 //! | `filter.{i}.{layer}.weight` | `[out, in]` f32 | network of feature i, layers from trunk (or input) to output |
@@ -13,6 +15,7 @@
 //! | `map.pose` | `[K, 3]` f64 | training places: m, m, rad |
 //! | `map.route` | `[K]` f64 | their coordinate along the route, where they have one |
 //! | `map.activation` | `[K, n]` f32 | raw activations there |
+//! | `map.occupancy` | `[rows, columns]` u8 | from the south-west: 0 free, 100 occupied, 255 unknown; where scans are rendered |
 //!
 //! The JSON (metadata key `ballmark`, array `meta` in `.npz`) holds [`Header`].
 
@@ -22,12 +25,13 @@ mod header;
 mod layout;
 mod note;
 pub mod npz;
+mod pretrained;
 pub mod safetensors;
 pub mod seen;
 mod trained_model;
 mod training;
 
-pub use header::{Header, Scores, TrainingRecord};
+pub use header::{Header, OccupancyHeader, Scores, TrainingRecord};
 pub use note::Note;
 pub use trained_model::Model;
 pub use training::{Learned, Resume, Training, TrainingReport};

@@ -19,6 +19,7 @@ pub(super) fn write(path: &Path, meta: &str, arrays: &Arrays) -> Result<()> {
         archive.add(META, ArrayView1::from(meta.as_bytes()))?;
         for (name, values) in arrays.all() {
             match values {
+                Values::U8(array) => archive.add(name, array.view())?,
                 Values::F32(array) => archive.add(name, array.view())?,
                 Values::F64(array) => archive.add(name, array.view())?,
             }
@@ -40,6 +41,10 @@ pub(super) fn read(path: &Path, file: &[u8]) -> Result<(String, Arrays)> {
         let bytes = archive.unpack(&name)?;
         let wrong = |fault| archive.wrong(&name, fault);
         match npy::number_type(&bytes).map_err(wrong)? {
+            u8::DESCR => arrays.put_u8(
+                &name,
+                shaped(path, &name, npy::read(&bytes).map_err(wrong)?)?,
+            ),
             f32::DESCR => arrays.put_f32(
                 &name,
                 shaped(path, &name, npy::read(&bytes).map_err(wrong)?)?,
@@ -50,7 +55,7 @@ pub(super) fn read(path: &Path, file: &[u8]) -> Result<(String, Arrays)> {
             ),
             other => {
                 let fault = format!(
-                    "holds numbers of type `{}`; expected `<f4` or `<f8`",
+                    "holds numbers of type `{}`; expected `|u1`, `<f4` or `<f8`",
                     other.escape_debug()
                 );
                 return Err(wrong(fault));

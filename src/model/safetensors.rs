@@ -17,6 +17,7 @@ pub(super) fn write(path: &Path, meta: &str, arrays: &Arrays) -> Result<()> {
     let data: Vec<(&String, Dtype, &[usize], Vec<u8>)> = arrays
         .all()
         .map(|(name, values)| match values {
+            Values::U8(a) => (name, Dtype::U8, a.shape(), a.iter().copied().collect()),
             Values::F32(a) => {
                 let bytes = a.iter().flat_map(|v| v.to_le_bytes()).collect();
                 (name, Dtype::F32, a.shape(), bytes)
@@ -72,6 +73,10 @@ pub(super) fn read(path: &Path, file: &[u8]) -> Result<(String, Arrays)> {
             )
         };
         match view.dtype() {
+            Dtype::U8 => {
+                let array = ArrayD::from_shape_vec(shape, view.data().to_vec());
+                arrays.put_u8(&name, array.map_err(misshapen)?);
+            }
             Dtype::F32 => {
                 let numbers = view.data().as_chunks::<4>().0.iter();
                 let numbers = numbers.map(|b| f32::from_le_bytes(*b)).collect();
@@ -84,7 +89,7 @@ pub(super) fn read(path: &Path, file: &[u8]) -> Result<(String, Arrays)> {
                 let array = ArrayD::from_shape_vec(shape, numbers).map_err(misshapen)?;
                 arrays.put_f64(&name, array);
             }
-            other => return Err(arrays.wrong(&name, format!("{other:?}; expected F32 or F64"))),
+            other => return Err(arrays.wrong(&name, format!("{other:?}; expected U8, F32 or F64"))),
         }
     }
     Ok((meta.clone(), arrays))

@@ -2,15 +2,17 @@
 
 use super::header::Header;
 use crate::{
-    belief::{FeatureMap, Places},
+    belief::{CodeMap, FeatureMap, Grid, Places},
     detector::{
         device,
         net::{NetDetector, Weights},
+        rendered::{AtPoses, RenderedInputs, SensedMap},
     },
     error::Result,
     geometry::Pose,
+    mapping::OccupancyMap,
 };
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView2};
 
 /// A trained set of filters and its map.
 ///
@@ -34,6 +36,8 @@ pub struct Model {
     pub route_m: Option<Vec<f64>>,
     /// Activations there, `[place, feature]`.
     pub activation: Array2<f32>,
+    /// Where scans are rendered, where the map is filled from that: what [`Header::occupancy`] describes.
+    pub occupancy: Option<OccupancyMap>,
 }
 
 impl Model {
@@ -55,7 +59,66 @@ impl Model {
         }
     }
 
-    /// P(f|ξ) as the recipe reads it off the training places.
+    /// What the networks are fed at any pose of the occupancy map; none where the map is filled from visits.
+    pub fn rendered_inputs(&self) -> Option<Result<RenderedInputs>> {
+        let (map, of) = self
+            .occupancy
+            .as_ref()
+            .zip(self.header.occupancy.as_ref())?;
+        let sensed = SensedMap {
+            map: map.clone(),
+            sensors: of.sensors.clone(),
+        };
+        let header = &self.header;
+        Some(RenderedInputs::new(
+            &sensed,
+            &header.channels,
+            &header.input,
+        ))
+    }
+
+    /// P(f_i = 1 | ξ) of the scans that are rendered at some poses, `[pose, feature]`, and whether the map says what is to be
+    /// seen there; none where the map is filled from visits.
+    ///
+    /// # Errors
+    /// Where the networks fail.
+    pub fn at_every_pose(&self, poses: &[Pose]) -> Result<Option<AtPoses>> {
+        let Some(rendered) = self.rendered_inputs() else {
+            return Ok(None);
+        };
+        let (detector, unmodelled) = (
+            self.detector(),
+            self.header.recipe.map.unmodelled_probability,
+        );
+        let kept_off = |g: f32| (1.0 - unmodelled as f32) * g + 0.5 * unmodelled as f32;
+        let answer = |inputs: ArrayView2<f32>| Ok(detector.respond(inputs)?.mapv(kept_off));
+        rendered?.at_as(poses, self.features(), answer).map(Some)
+    }
+
+    /// The map of every cell of a grid, for the filter: as probabilities, or rounded to bits, which are worth what the training
+    /// part shows. None where the map is filled from visits, or the grid lies along a route.
+    ///
+    /// # Errors
+    /// As [`Model::at_every_pose`].
+    pub fn code_map(&self, grid: &Grid, as_bits: bool) -> Result<Option<CodeMap>> {
+        let Places::Plane(cells) = &**grid.places() else {
+            return Ok(None);
+        };
+        let Some(at_cells) = self.at_every_pose(cells)? else {
+            return Ok(None);
+        };
+        let (probability, seen) = (at_cells.values.view(), &at_cells.seen);
+        if !as_bits {
+            return CodeMap::probabilities(probability, seen).map(Some);
+        }
+        let Some(at_training) = self.at_every_pose(&self.pose)? else {
+            return Ok(None);
+        };
+        let examples = (self.activation.view(), at_training.values.view());
+        CodeMap::bits(probability, seen, examples).map(Some)
+    }
+
+    /// P(f|ξ) as the recipe reads it off the visits of the training places.
     ///
     /// # Errors
     /// Where there are fewer training places than neighbours asked for.

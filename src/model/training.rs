@@ -1,7 +1,7 @@
 //! The front door to learning: a recording and a recipe in, a model and a report out.
 
 use super::{
-    header::{Header, Scores, TrainingRecord},
+    header::{Header, OccupancyHeader, Scores, TrainingRecord},
     note::Note,
     trained_model::Model,
 };
@@ -11,12 +11,14 @@ use crate::{
     error::{Error, Result},
     learning::{
         ErrorReduction, Recipe,
+        start::Start,
         trainer::{
             self, Checkpoints, Directive, NOTHING_LEARNED, Progress, StoppedBy, Trained,
             TrainingIdentity,
         },
         training_set::TrainingSet,
     },
+    mapping::OccupancyMap,
     recording::Recording,
 };
 use std::path::{Path, PathBuf};
@@ -52,6 +54,8 @@ const FEW_VALIDATION_SNAPSHOTS: usize = 50;
 pub struct Training<'a> {
     recipe: &'a Recipe,
     recording: &'a Recording,
+    given: Option<&'a OccupancyMap>,
+    start: Option<Start>,
     device: Device,
     checkpoint: Option<(PathBuf, Resume)>,
     on_progress: Box<dyn FnMut(Progress) -> Directive + 'a>,
@@ -104,10 +108,24 @@ impl<'a> Training<'a> {
         Self {
             recipe,
             recording,
+            given: None,
+            start: None,
             device: device::cpu(),
             checkpoint: None,
             on_progress: Box::new(|_| Directive::Continue),
         }
+    }
+
+    /// Renders scans in this map, in the frame of the recording's poses, instead of one that the training scans draw.
+    pub fn in_map(mut self, map: &'a OccupancyMap) -> Self {
+        self.given = Some(map);
+        self
+    }
+
+    /// Begins with the networks of this model, pre-trained on other buildings, instead of random ones.
+    pub fn from_pretrained(mut self, model: &Model) -> Self {
+        self.start = Some(model.as_start());
+        self
     }
 
     /// Where the networks compute.
@@ -142,9 +160,15 @@ impl<'a> Training<'a> {
     pub fn run(mut self) -> Result<Learned> {
         let (recipe, recording) = (self.recipe, self.recording);
         recipe.check()?;
-        let identity = TrainingIdentity::new(recipe, recording)?;
+        if recipe.descent.steps == 0 && self.start.is_none() {
+            return Err(Error::usage(
+                "descent.steps = 0: expected at least 1 where networks begin with random weights",
+            ));
+        }
+        let identity = TrainingIdentity::new(recipe, recording, self.given, self.start.as_ref())?;
         let split = recipe.split.split(recording)?;
-        let training_set = TrainingSet::prepare(recipe, recording, &split)?;
+        let training_set =
+            TrainingSet::in_map(recipe, recording, &split, self.given, self.start.as_ref())?;
         let checkpoints = self.checkpoint.as_ref().map(|(path, resume)| Checkpoints {
             path,
             identity: &identity,
@@ -176,7 +200,8 @@ impl<'a> Training<'a> {
         let Some(record) = &model.header.training else {
             return Ok(None); // written before models recorded their training
         };
-        let identity = TrainingIdentity::new(self.recipe, self.recording)?;
+        let identity =
+            TrainingIdentity::new(self.recipe, self.recording, self.given, self.start.as_ref())?;
         if record.identity == identity.whole {
             let report = TrainingReport::of(&model, None);
             return Ok(report.map(|report| Learned { model, report }));
@@ -214,6 +239,8 @@ fn model(
 ) -> Model {
     let snapshots = &training_set.snapshots;
     let pose = |k: &usize| recording.poses()[*k];
+    let every_pose = training_set.every_pose.as_ref();
+    let sensed = every_pose.map(|every_pose| &every_pose.sensed);
     Model {
         header: Header {
             crate_version: env!("CARGO_PKG_VERSION").to_string(),
@@ -225,6 +252,11 @@ fn model(
             activation: trained.weights.activation,
             motion: OdometryMotion::fitted(recording, snapshots),
             evidence_scale: None,
+            occupancy: sensed.map(|sensed| OccupancyHeader {
+                cell_m: sensed.map.cell_m(),
+                origin_m: sensed.map.origin_m(),
+                sensors: sensed.sensors.clone(),
+            }),
             scores: Scores {
                 train: trained.train,
                 validation: trained.validation,
@@ -244,6 +276,7 @@ fn model(
             .route_m()
             .map(|route| snapshots.iter().map(|&k| route[k]).collect()),
         activation: trained.activation,
+        occupancy: sensed.map(|sensed| sensed.map.clone()),
     }
 }
 

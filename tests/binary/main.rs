@@ -12,6 +12,7 @@ mod import_frames;
 mod limits;
 mod localise;
 mod model;
+mod pretrain;
 mod reproduce;
 mod score;
 mod simulate;

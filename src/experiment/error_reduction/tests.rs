@@ -1,5 +1,9 @@
 use super::*;
-use crate::{belief::Nearness, geometry::Pose, seed::Seed};
+use crate::{
+    belief::{MapConfig, Nearness},
+    geometry::Pose,
+    seed::Seed,
+};
 use ndarray::Array2;
 use rand::RngExt;
 
@@ -12,6 +16,7 @@ fn exact(k: usize) -> ErrorReductionConfig {
                 ..Nearness::default()
             },
             unmodelled_probability: 1e-12,
+            ..MapConfig::default()
         },
         ..ErrorReductionConfig::default()
     }

@@ -14,7 +14,12 @@ pub struct Priors {
     kept: Option<Array2<f32>>,
     prior_error_m: Array1<f64>,
     sizes: Vec<usize>,
+    /// Where the posterior should be, `[truth, candidate]`, and what its cross entropy counts for beside the error.
+    targets: Option<(Array2<f32>, f64)>,
 }
+
+/// How far about a truth its posterior should be, in metres and in radians.
+const TARGET: [f64; 2] = [0.2, 0.2];
 
 /// Most pairs whose error is kept: 64 MiB.
 const MAX_KEPT: usize = 1 << 24;
@@ -37,6 +42,7 @@ impl Priors {
             kept: None,
             prior_error_m: Array1::zeros(rows),
             sizes: vec![0; rows],
+            targets: None,
         };
         if rows.saturating_mul(columns) <= MAX_KEPT {
             priors.kept = Some(priors.table());
@@ -54,6 +60,57 @@ impl Priors {
         priors.prior_error_m = errors_and_sizes.iter().map(|t| t.0).collect();
         priors.sizes = errors_and_sizes.into_iter().map(|t| t.1).collect();
         priors
+    }
+
+    /// Lets the cross entropy to a Gaussian about each truth be descended besides the error, as a share of it; 0: not.
+    pub fn with_targets(&mut self, share: f64) {
+        self.targets = (share > 0.0).then(|| (self.target_table(), share));
+    }
+
+    /// Where the posteriors should be, `[truth, candidate]`, and what a nat of their cross entropy counts for in metres,
+    /// `[truth]`; none where the error alone is descended.
+    pub fn targets(&self) -> Option<(Array2<f32>, Array1<f64>)> {
+        let (table, share) = self.targets.as_ref()?;
+        Some((table.clone(), &self.prior_error_m * *share))
+    }
+
+    /// A Gaussian about every truth over the candidates that its prior admits: rows of sum 1, or of nothing.
+    fn target_table(&self) -> Array2<f32> {
+        let mut table = Array2::zeros((self.truths.len(), self.candidates.len()));
+        table
+            .axis_iter_mut(Axis(0))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(t, mut row)| {
+                let log_density = |(candidate, &error_m): (usize, &f32)| {
+                    if error_m == NOT_ADMITTED {
+                        return f32::NEG_INFINITY;
+                    }
+                    let turn_rad = self.truths.turn_rad(t, &self.candidates, candidate);
+                    let off = [f64::from(error_m) / TARGET[0], turn_rad / TARGET[1]];
+                    (-0.5 * (off[0] * off[0] + off[1] * off[1])) as f32
+                };
+                let errors_m = self.errors_m(t);
+                let l: Vec<f32> = errors_m.iter().enumerate().map(log_density).collect();
+                let highest = l.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+                if highest == f32::NEG_INFINITY {
+                    return;
+                }
+                for (target, l) in row.iter_mut().zip(l) {
+                    *target = (l - highest).exp();
+                }
+                let sum = row.sum();
+                row /= sum;
+            });
+        table
+    }
+
+    /// Where the posterior of a truth should be, over all candidates, and what a nat of its cross entropy counts for in metres
+    /// of that truth's error.
+    pub(super) fn target(&self, truth: usize) -> Option<(ArrayView1<'_, f32>, f64)> {
+        let (table, share) = self.targets.as_ref()?;
+        let counts_m = share * self.prior_error_m[truth];
+        Some((table.row(truth), counts_m))
     }
 
     /// e(ξ*, ξ) of one truth to every candidate in metres; [`NOT_ADMITTED`] outside its prior.

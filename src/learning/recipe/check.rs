@@ -2,6 +2,7 @@
 
 use super::{ObjectiveKind, Optimiser, Recipe, Scale};
 use crate::{
+    belief::FilledFrom,
     error::{Error, Result},
     learning::{mean_field, objective},
 };
@@ -41,6 +42,7 @@ impl Recipe {
         }
         let a = &self.augmentation;
         let lengths = [
+            ("descent.cross_entropy", d.cross_entropy),
             ("augmentation.input_noise", a.input_noise),
             ("augmentation.shift_m", a.shift_m),
             ("augmentation.turn_rad", a.turn_rad),
@@ -75,6 +77,13 @@ impl Recipe {
                 "1 with the exact objective, which knows one prior for all truths",
             );
         }
+        if d.objective == ObjectiveKind::Exact && d.cross_entropy > 0.0 {
+            return wrong(
+                "descent.cross_entropy",
+                &d.cross_entropy,
+                "0 with the exact objective",
+            );
+        }
         if d.truths_per_step == 0
             && (d.candidates_per_step > 0
                 || d.leave_run_out
@@ -90,9 +99,16 @@ impl Recipe {
                  augmentation.shift_m, .turn_rad, .dropped_beams, .people)",
             );
         }
+        if d.truths_per_step == 0 && self.map.filled_from == FilledFrom::Rendered {
+            return wrong(
+                "descent.truths_per_step",
+                &d.truths_per_step,
+                "at least 1 where candidates are rendered beside the truths (map.filled_from = \"rendered\")",
+            );
+        }
         let counts = [
-            ("descent.steps", d.steps),
             ("descent.pseudo_pattern_steps", d.pseudo_pattern_steps),
+            ("descent.rendered_per_step", d.rendered_per_step),
             ("descent.validate_every", d.validate_every),
             ("descent.patience", d.patience),
             ("descent.checkpoint_every", d.checkpoint_every),

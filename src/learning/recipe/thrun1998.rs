@@ -3,7 +3,10 @@
 use super::{
     AugmentationConfig, DescentConfig, ObjectiveKind, Optimiser, PriorMix, Recipe, Scale, Schedule,
 };
-use crate::detector::net::NetConfig;
+use crate::{
+    belief::{FilledFrom, MapConfig},
+    detector::{input::InputConfig, net::NetConfig},
+};
 
 impl Recipe {
     /// What `--recipe thrun1998` stands for: the networks and the descent of Thrun (1998), 5.1.4 with 4.4.2 and note 3.
@@ -35,6 +38,7 @@ impl Recipe {
     /// ```
     pub fn thrun1998() -> Self {
         Self {
+            input: InputConfig::default(),
             network: NetConfig::thrun1998(),
             descent: DescentConfig {
                 objective: ObjectiveKind::Exact,
@@ -50,6 +54,7 @@ impl Recipe {
                 truths_per_step: 0,
                 candidates_per_step: 0,
                 patience: 10_000,
+                cross_entropy: 0.0,
                 map_in_objective: false,
                 ..DescentConfig::default()
             },
@@ -63,6 +68,10 @@ impl Recipe {
             priors: PriorMix {
                 stated: 1.0,
                 ..PriorMix::default()
+            },
+            map: MapConfig {
+                filled_from: FilledFrom::Visits,
+                ..MapConfig::default()
             },
             ..Self::default()
         }

@@ -214,6 +214,7 @@ pub fn read(
         Ok(Nets {
             weight: each("weight", &like.weight)?,
             bias: each("bias", &like.bias)?,
+            convolutions: like.convolutions.clone(),
             trunk: like.trunk,
             activation: like.activation,
             gain: like.gain,

@@ -3,7 +3,8 @@
 use crate::{
     error::{Error, Result},
     geometry::Pose,
-    learning::recipe::Recipe,
+    learning::{recipe::Recipe, start::Start},
+    mapping::{Occupancy, OccupancyMap},
     recording::Recording,
     storage,
 };
@@ -19,15 +20,27 @@ pub struct TrainingIdentity {
 }
 
 impl TrainingIdentity {
-    /// The identity of training a recipe on a recording.
+    /// The identity of training a recipe on a recording, in a map that was made elsewhere and from networks that have
+    /// learned already, where these are given.
     ///
     /// The recording counts by its columns, not by the checksum of the file that it came from: a part of a dataset has the
     /// same checksum and is other data.
     ///
     /// # Errors
     /// Where the recipe can't be written down (a number that is none).
-    pub fn new(recipe: &Recipe, recording: &Recording) -> Result<Self> {
-        let data = digest(recording)?;
+    pub fn new(
+        recipe: &Recipe,
+        recording: &Recording,
+        given: Option<&OccupancyMap>,
+        start: Option<&Start>,
+    ) -> Result<Self> {
+        let mut data = digest(recording)?;
+        if let Some(map) = given {
+            data += &map_digest(map);
+        }
+        if let Some(start) = start {
+            data += &start_digest(start);
+        }
         let named = |recipe: &Recipe| -> Result<String> {
             let recipe =
                 serde_json::to_string(recipe).map_err(|e| Error::work(format!("recipe: {e}")))?;
@@ -41,6 +54,31 @@ impl TrainingIdentity {
             but_for_steps: named(&of_any_length)?,
         })
     }
+}
+
+/// SHA-256 of the networks that a training begins with.
+fn start_digest(start: &Start) -> String {
+    let mut bytes = Vec::new();
+    for layer in &start.weights.layers {
+        bytes.extend(layer.weight.iter().flat_map(|v| v.to_le_bytes()));
+        bytes.extend(layer.bias.iter().flat_map(|v| v.to_le_bytes()));
+    }
+    let constants = start.input.mean.iter().chain(&start.input.deviation);
+    bytes.extend(constants.flat_map(|v| v.to_le_bytes()));
+    format!(" from {}", storage::sha256(&bytes))
+}
+
+/// SHA-256 of a map that was made elsewhere.
+fn map_digest(map: &OccupancyMap) -> String {
+    let [x_m, y_m] = map.origin_m();
+    let numbers = [map.cell_m(), x_m, y_m, map.size()[0] as f64];
+    let mut bytes: Vec<u8> = numbers.iter().flat_map(|v| v.to_le_bytes()).collect();
+    bytes.extend(map.cells().iter().map(|cell| match cell {
+        Occupancy::Unknown => 0,
+        Occupancy::Free => 1,
+        Occupancy::Occupied => 2,
+    }));
+    format!(" map {}", storage::sha256(&bytes))
 }
 
 /// SHA-256 of all that a training can see of a recording.
@@ -95,10 +133,10 @@ mod tests {
         };
         let recording = corridor::thrun1998(Seed(1), &config).unwrap();
         let recipe = Recipe::default();
-        let identity = TrainingIdentity::new(&recipe, &recording).unwrap();
+        let identity = TrainingIdentity::new(&recipe, &recording, None, None).unwrap();
         assert_eq!(
             identity,
-            TrainingIdentity::new(&recipe, &recording).unwrap()
+            TrainingIdentity::new(&recipe, &recording, None, None).unwrap()
         );
 
         let changes: [fn(&mut Columns); 6] = [
@@ -115,7 +153,7 @@ mod tests {
             columns.dataset_sha256 = Some("the same".into());
             change(&mut columns);
             let other = Recording::new(columns).unwrap();
-            let other = TrainingIdentity::new(&recipe, &other).unwrap();
+            let other = TrainingIdentity::new(&recipe, &other, None, None).unwrap();
             assert_ne!(other.whole, identity.whole, "change {number}");
             assert_ne!(
                 other.but_for_steps, identity.but_for_steps,
@@ -125,12 +163,12 @@ mod tests {
 
         let mut longer = recipe.clone();
         longer.descent.steps += 1;
-        let longer = TrainingIdentity::new(&longer, &recording).unwrap();
+        let longer = TrainingIdentity::new(&longer, &recording, None, None).unwrap();
         assert_ne!(longer.whole, identity.whole);
         assert_eq!(longer.but_for_steps, identity.but_for_steps);
         let mut other = recipe.clone();
         other.seed += 1;
-        let other = TrainingIdentity::new(&other, &recording).unwrap();
+        let other = TrainingIdentity::new(&other, &recording, None, None).unwrap();
         assert_ne!(other.but_for_steps, identity.but_for_steps);
     }
 }

@@ -39,6 +39,8 @@ pub struct OnDevice {
     /// `[truth, 1]`
     weight: Tensor<2>,
     prior_error_m: f64,
+    /// Where posteriors should be, and what a nat of cross entropy counts for: `[truth, candidate]`, `[truth, 1]`.
+    targets: Option<(Tensor<2>, Tensor<2>)>,
     map: Option<Map>,
 }
 
@@ -66,6 +68,14 @@ impl OnDevice {
         let admitted = pairs.errors_m.mapv(|e| f32::from(u8::from(e.is_finite())));
         let error_m = pairs.errors_m.mapv(|e| if e.is_finite() { e } else { 0.0 });
         let places = admitted.sum_axis(Axis(1)).mapv(|n| n.max(1.0));
+        let targets = pairs.targets.map(|(table, counts_m)| {
+            let counts_m = (&counts_m * &pairs.weight).mapv(|c| c as f32);
+            let counts_m = counts_m.insert_axis(Axis(1));
+            (
+                tensor(table.view(), device),
+                tensor(counts_m.view(), device),
+            )
+        });
         let weight = pairs.weight.mapv(|w| w as f32).insert_axis(Axis(1));
         let admitted = tensor(admitted.view(), device);
         let map = with_map.then(|| {
@@ -91,6 +101,7 @@ impl OnDevice {
             places: tensor(places.insert_axis(Axis(1)).view(), device),
             weight: tensor(weight.view(), device),
             prior_error_m: pairs.prior_error_m,
+            targets,
             map,
         })
     }
@@ -138,7 +149,11 @@ impl OnDevice {
         let q = (likelihood - highest).exp() * self.admitted.clone();
         let q = q.clone() / q.sum_dim(1).clamp_min(f32::MIN_POSITIVE);
         let expected_m = (q.clone() * self.error_m.clone()).sum_dim(1); // [truth, 1]
-        let slope = q * (self.error_m.clone() - expected_m.clone()) * self.weight.clone();
+        let off_m = self.error_m.clone() - expected_m.clone();
+        let mut slope = q.clone() * off_m * self.weight.clone();
+        if let Some((targets, counts_m)) = &self.targets {
+            slope = slope + (q - targets.clone()) * counts_m.clone();
+        }
         let on = slope.clone().transpose().matmul(truth); // T, [candidate, feature]
         let all = slope.clone().sum_dim(0).transpose(); // r, [candidate, 1]
         let map_gradient = on.clone() / m.clone() - (all - on) / (m.neg() + 1.0);

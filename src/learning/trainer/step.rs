@@ -12,7 +12,7 @@ use super::{
 use crate::{
     detector::{
         device::cpu,
-        net::{Nets, Weights},
+        net::{Layered, Nets},
     },
     error::{Error, Result},
     learning::{
@@ -22,9 +22,9 @@ use crate::{
         recipe::{Optimiser, Recipe},
         training_set::TrainingSet,
     },
-    seed::Seed,
 };
 use burn::tensor::{Device, Tensor};
+use ndarray::Array2;
 use std::sync::Arc;
 
 /// A training between two steps.
@@ -34,12 +34,16 @@ pub struct Trainer<'a> {
     device: Device,
     /// The training set's inputs on the device, `[snapshot, input]`.
     inputs: Tensor<2>,
+    /// The candidates' at the training places, where those are others.
+    rendered: Option<Tensor<2>>,
     noise: Arc<Noise>,
     /// Where the objective is evaluated: dense on a GPU that the networks are on, by its structure on the CPU.
     site: Site,
     workspace: Workspace,
     /// Takes the steps where the networks' shape and the recipe allow; tensors take them elsewhere.
     pub(super) array_backend: Option<ArrayBackend>,
+    /// Carries steps through networks on a trunk, where their shape allows; a tape does elsewhere.
+    layered: Option<Layered>,
     /// What the last step was about; the next one of its series is about the same.
     batch: Option<Batch>,
     /// Where training stands; on the array backend only once it is [synchronised](Self::sync).
@@ -47,14 +51,9 @@ pub struct Trainer<'a> {
 }
 
 impl<'a> Trainer<'a> {
-    /// Before the first step: networks of random weights, drawn from the recipe's seed.
+    /// Before the first step.
     pub fn new(recipe: &'a Recipe, training_set: &'a TrainingSet<'a>, device: &Device) -> Self {
-        let weights = Weights::random(
-            &recipe.network,
-            training_set.input.width(),
-            recipe.features,
-            &mut Seed(recipe.seed).stream("initial weights"),
-        );
+        let weights = training_set.weights.clone();
         let mut nets = Nets::new(&weights, device);
         nets.gain = recipe.network.gain;
         Self {
@@ -65,10 +64,15 @@ impl<'a> Trainer<'a> {
             },
             workspace: Workspace::default(),
             array_backend: ArrayBackend::where_it_fits(recipe, &weights, device),
+            layered: (*device == cpu() && Layered::fits(&weights)).then(Layered::default),
             batch: None,
             recipe,
             training_set,
             inputs: tensor(training_set.inputs.view(), device),
+            rendered: training_set
+                .every_pose
+                .as_ref()
+                .map(|every_pose| tensor(every_pose.at_training.view(), device)),
             now: State::start(nets, Descent::new(&recipe.descent)),
             device: device.clone(),
         }
@@ -78,6 +82,7 @@ impl<'a> Trainer<'a> {
     pub fn on_tensors(mut self) -> Self {
         self.sync();
         self.array_backend = None;
+        self.layered = None;
         self
     }
 
@@ -157,24 +162,16 @@ impl<'a> Trainer<'a> {
     /// One step on a batch.
     fn step_on(&mut self, batch: Batch, phase: &Phase, place: usize) -> Result<()> {
         let (recipe, step) = (self.recipe, self.steps());
-        let tracked = |t: &Tensor<3>| Tensor::from_inner(t.clone()).require_grad();
-        let mut nets = of_features(&self.now.nets, phase.learners.clone());
-        nets.weight = nets.weight.iter().map(tracked).collect();
-        nets.bias = nets.bias.iter().map(tracked).collect();
-        let output = nets.forward(Tensor::from_inner(batch.inputs.clone())); // [snapshot, learner]
-        // The slope is known in closed form, so the tape only carries Σ g ∘ slope back through the networks.
-        let (error, slope) = self.error_and_slope(&batch, output.clone().inner(), place)?;
-        let surrogate = (output * Tensor::from_inner(slope)).sum();
-        let mut gradients = surrogate.backward();
-        let mut take = |t: &Tensor<3>| {
-            t.grad_remove(&mut gradients)
-                .ok_or_else(|| Error::work("a parameter of the networks got no gradient"))
+        let nets = of_features(&self.now.nets, phase.learners.clone());
+        let (error, slopes) = match self.layered.take() {
+            None => self.slopes_on_tape(&batch, &nets, place)?,
+            Some(mut layered) => {
+                let found = self.slopes_on_arrays(&mut layered, &batch, &nets, place);
+                self.layered = Some(layered);
+                found?
+            }
         };
-        let parameters = nets.weight.iter().chain(&nets.bias);
-        let slopes = parameters.map(&mut take).collect::<Result<Vec<_>>>()?;
         let slopes = limited(slopes, recipe.descent.gradient_limit)?;
-        nets.weight = nets.weight.into_iter().map(Tensor::inner).collect();
-        nets.bias = nets.bias.into_iter().map(Tensor::inner).collect();
         let moved = self.descend(&batch, nets, slopes, error)?;
         put_features(&mut self.now.nets, phase.learners.clone(), moved);
         self.batch = Some(batch);
@@ -183,6 +180,58 @@ impl<'a> Trainer<'a> {
             self.batch = None;
         }
         Ok(())
+    }
+
+    /// What is descended and its slope in every parameter, weights before biases, by a tape through the networks.
+    fn slopes_on_tape(
+        &mut self,
+        batch: &Batch,
+        nets: &Nets,
+        place: usize,
+    ) -> Result<(f64, Vec<Tensor<3>>)> {
+        let tracked = |t: &Tensor<3>| Tensor::from_inner(t.clone()).require_grad();
+        let mut nets = nets.clone();
+        nets.weight = nets.weight.iter().map(tracked).collect();
+        nets.bias = nets.bias.iter().map(tracked).collect();
+        let output = nets.forward(Tensor::from_inner(batch.inputs.clone())); // [snapshot, learner]
+        // The slope is known in closed form, so the tape only carries Σ g ∘ slope back through the networks.
+        let (error, slope) = self.error_and_slope(batch, output.clone().inner(), place)?;
+        let surrogate = (output * Tensor::from_inner(slope)).sum();
+        let mut gradients = surrogate.backward();
+        let mut take = |t: &Tensor<3>| {
+            t.grad_remove(&mut gradients)
+                .ok_or_else(|| Error::work("a parameter of the networks got no gradient"))
+        };
+        let parameters = nets.weight.iter().chain(&nets.bias);
+        let slopes = parameters.map(&mut take).collect::<Result<Vec<_>>>()?;
+        Ok((error, slopes))
+    }
+
+    /// The same on plain arrays.
+    fn slopes_on_arrays(
+        &mut self,
+        layered: &mut Layered,
+        batch: &Batch,
+        nets: &Nets,
+        place: usize,
+    ) -> Result<(f64, Vec<Tensor<3>>)> {
+        let weights = nets.weights()?; // the gain within the last layer's
+        let inputs = array(batch.inputs.clone())?;
+        let mut output = Array2::zeros((inputs.nrows(), weights.features()));
+        layered.forward(&weights, inputs.view(), output.view_mut())?;
+        let output = tensor(output.view(), &self.device);
+        let (error, slope) = self.error_and_slope(batch, output, place)?;
+        let mut gradient = weights.clone();
+        layered.backward(&weights, array(slope)?.view(), &mut gradient)?;
+        if let Some(last) = gradient.layers.last_mut() {
+            last.weight *= nets.gain;
+            last.bias *= nets.gain;
+        }
+        let slopes = Nets::new(&gradient, &self.device);
+        Ok((
+            error,
+            slopes.weight.into_iter().chain(slopes.bias).collect(),
+        ))
     }
 
     /// What is descended where the networks answer `answer`, and its slope there, `[snapshot, learner]`: the objective
@@ -302,7 +351,8 @@ impl<'a> Trainer<'a> {
         };
         let phase = Phase::at(self.recipe, self.steps());
         let nets = of_features(nets, 0..phase.learners.end);
-        let training = array(nets.forward(self.inputs.clone()))?;
+        let candidates = self.rendered.as_ref().unwrap_or(&self.inputs);
+        let training = array(nets.forward(candidates.clone()))?;
         let truth = array(nets.forward(tensor(validation_set.inputs.view(), &self.device)))?;
         self.training_set
             .validate(validation_set, truth.view(), training.view())
@@ -321,9 +371,19 @@ impl<'a> Trainer<'a> {
             None => &self.now.nets,
         };
         let activation = array(nets.forward(self.inputs.clone()))?;
+        let train = match &self.rendered {
+            None => self
+                .training_set
+                .judge(activation.view(), activation.view())?,
+            Some(rendered) => {
+                let candidates = array(nets.forward(rendered.clone()))?;
+                self.training_set
+                    .judge(activation.view(), candidates.view())?
+            }
+        };
         Ok(Trained {
             weights: nets.weights()?,
-            train: self.training_set.judge(activation.view())?,
+            train,
             activation,
             validation: self.validate(nets)?,
             steps: self.steps(),

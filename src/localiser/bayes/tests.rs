@@ -1,6 +1,9 @@
 use super::*;
 use crate::{
-    detector::input::{Input, InputConfig},
+    detector::{
+        input::{Input, InputConfig},
+        net::{NetConfig, Weights},
+    },
     localiser::{Estimate, Step},
     recording::{Columns, npz},
 };
@@ -218,7 +221,7 @@ fn what_a_file_holds_is_checked_and_answers_the_same() {
     );
     assert!(damaged("\"headings\":8", "\"headings\":0").contains("headings"));
     assert!(damaged("\"compass_sd_rad\":0.2", "\"compass_sd_rad\":0.0").contains("compass_sd_rad"));
-    assert!(damaged("\"trunk\":2", "\"trunk\":3").contains("filters"));
+    assert!(damaged("\"trunk\":4", "\"trunk\":5").contains("filters"));
 }
 
 #[test]
@@ -241,8 +244,15 @@ fn scans_past_all_bounds_say_nothing() {
     let first = first_run(&recording);
     let model = Model::read(&shipped().model).unwrap();
     let input = Input::fit(&InputConfig::default(), &recording, &first).unwrap();
+    let mut random = Seed(1).stream("weights");
+    let weights = Weights::random(
+        &NetConfig::default(),
+        input.width(),
+        model.features(),
+        &mut random,
+    );
     let known = Known {
-        filters: Filters::new(input, model.weights),
+        filters: Filters::new(input, weights),
         ..known
     };
     let bayes = Bayes::new(&coarse(), known, &recording, &first).unwrap();

@@ -130,7 +130,7 @@ impl BeamModel {
         let stored = |_, rendered| match rendered {
             Rendered::Hit(range_m) => (f64::from(range_m) / step_m).floor() as u16,
             Rendered::Free => FREE,
-            Rendered::Unknown => UNKNOWN,
+            Rendered::Unknown(_) => UNKNOWN,
         };
         Ok(Self {
             channels: channels.to_vec(),
@@ -170,7 +170,7 @@ impl BeamModel {
         let middle_m = |i: u16| ((f64::from(i) + 0.5) * self.step_m) as f32;
         (0..ranges)
             .map(|i| Rendered::Hit(middle_m(i)))
-            .chain([Rendered::Free, Rendered::Unknown])
+            .chain([Rendered::Free, Rendered::Unknown(0.0)])
             .map(|expected| mixture.probability(measured, expected).ln() as f32)
             .collect()
     }

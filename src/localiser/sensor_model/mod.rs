@@ -40,6 +40,7 @@
 
 pub mod beam_model;
 pub mod compass;
+pub mod every_pose;
 pub mod evidence_scale;
 pub mod independent;
 pub mod kernel;
@@ -49,6 +50,7 @@ pub mod signal_field;
 
 pub use beam_model::{BeamModel, BeamModelConfig};
 pub use compass::Compass;
+pub use every_pose::{EveryPose, PreparedEveryPose};
 pub use evidence_scale::{EvidenceScale, Scaled};
 pub use independent::{Independent, PreparedProduct};
 pub use kernel::{PreparedKernel, RawKernel, least_mean_squares};

@@ -126,7 +126,7 @@ impl GeneratedConfig {
     /// # Errors
     /// A usage error that names the first one out of bounds.
     pub fn check(&self) -> Result<()> {
-        let bounds = Bounds("generated");
+        let bounds = Bounds("[pretrain.buildings]");
         self.shares.check()?;
         for (key, count) in [
             ("beams", self.beams),
@@ -207,7 +207,7 @@ const LEAST_CLEARANCE_M: f64 = 0.3;
 fn of_list<'a>(key: &'a str, list: &[f64]) -> Result<Vec<(&'a str, f64)>> {
     if list.is_empty() {
         return Err(Error::usage(format!(
-            "generated: `{key}` is empty; expected at least one number"
+            "[pretrain.buildings]: `{key}` is empty; expected at least one number"
         )));
     }
     Ok(list.iter().map(|value| (key, *value)).collect())

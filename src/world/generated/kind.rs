@@ -52,7 +52,7 @@ impl KindShares {
     /// # Errors
     /// A usage error that names the first one out of bounds.
     pub fn check(&self) -> Result<()> {
-        let bounds = Bounds("generated");
+        let bounds = Bounds("[pretrain.buildings]");
         bounds.not_negative(&[
             ("shares.office", self.office),
             ("shares.rooms", self.rooms),

@@ -80,7 +80,7 @@ fn the_dense_exact_objective_is_the_structured_one() {
             uncertainty: prior.parse().unwrap(),
             ..Recipe::thrun1998()
         };
-        let problem = Problem::reported(&recipe, &truths, &candidates).unwrap();
+        let problem = Problem::reported(&recipe, &recipe.map, &truths, &candidates).unwrap();
         compare(&problem, 40, 57, features, &format!("{prior} {route}"));
     }
 }
@@ -97,7 +97,7 @@ fn the_dense_mean_field_is_the_other_one() {
         .take(30)
         .collect(); // the last one admits nothing
     let recipe = Recipe::default();
-    let problem = Problem::for_step(&recipe, priors, truths, candidates).unwrap();
+    let problem = Problem::for_step(&recipe, &recipe.map, priors, truths, candidates).unwrap();
     compare(&problem, 30, 90, 16, "mean field");
 }
 
@@ -107,7 +107,7 @@ fn a_table_of_too_many_pairs_stays_on_the_cpu() {
     for objective in [ObjectiveKind::Exact, ObjectiveKind::MeanField] {
         let mut recipe = Recipe::default();
         recipe.descent.objective = objective;
-        let problem = Problem::reported(&recipe, &places, &places).unwrap();
+        let problem = Problem::reported(&recipe, &recipe.map, &places, &places).unwrap();
         assert!(OnDevice::where_it_fits(&problem, true, &cpu()).is_none());
         assert!(problem.pairs(5001 * 5001).is_some());
     }

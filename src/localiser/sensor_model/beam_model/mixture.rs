@@ -143,12 +143,12 @@ impl Mixture {
                     Rendered::Hit(expected_m) => self.gaussian(z_m, f64::from(expected_m)),
                     Rendered::Free => 0.0,
                     // Whatever it hits may be anywhere.
-                    Rendered::Unknown => 1.0 / self.most_m,
+                    Rendered::Unknown(_) => 1.0 / self.most_m,
                 };
                 // (6.7) to (6.9)
                 let until_m = match expected {
                     Rendered::Hit(expected_m) => f64::from(expected_m),
-                    Rendered::Free | Rendered::Unknown => self.most_m,
+                    Rendered::Free | Rendered::Unknown(_) => self.most_m,
                 };
                 let p_short = self.exponential(z_m, until_m);
                 // (6.11)
@@ -158,7 +158,7 @@ impl Mixture {
             // (6.10); what the map has beyond reach comes back as nothing.
             Measured::Max => match expected {
                 Rendered::Free => self.hit + self.max,
-                Rendered::Hit(_) | Rendered::Unknown => self.max,
+                Rendered::Hit(_) | Rendered::Unknown(_) => self.max,
             },
         }
     }
@@ -199,7 +199,7 @@ mod tests {
         for expected in [0.1, 2.0, 7.9]
             .map(Rendered::Hit)
             .into_iter()
-            .chain([Rendered::Free, Rendered::Unknown])
+            .chain([Rendered::Free, Rendered::Unknown(0.0)])
         {
             let all = over_ranges(expected) + mixture.probability(Measured::Max, expected);
             assert!((all - 1.0).abs() < 1e-4, "{expected:?}: {all}");
