@@ -8,7 +8,7 @@ use crate::{
     experiment::sequences::tuned_scale,
     learning::{
         ErrorReduction, Recipe,
-        recipe::NamedRecipe,
+        recipe::{BeginWith, NamedRecipe},
         trainer::{Directive, StoppedBy},
     },
     mapping::{RangeSensors, read_fitting},
@@ -59,10 +59,11 @@ pub struct Arguments {
     /// Keep this one of the folds for testing (counted from 0; four folds unless the configuration says otherwise).
     #[arg(long, value_name = "K")]
     test_fold: Option<usize>,
-    /// Begin with the networks of this model, pre-trained on other buildings (`ballmark pretrain`), instead of random ones;
-    /// with --steps 0 they are used as they are. `none`: random ones.
-    #[arg(long, value_name = "T.safetensors", default_value = "none")]
-    from: PathBuf,
+    /// Begin with the networks of this model, pre-trained on other buildings (`ballmark pretrain`); with --steps 0 they are used as
+    /// they are. `none`: with random ones. Not said: with those that come with the program, where the sensor fits (a laser scanner of
+    /// 180°), else random ones.
+    #[arg(long, value_name = "T.safetensors")]
+    from: Option<PathBuf>,
     /// Render scans in this ROS map (its YAML), in the frame of the dataset's poses, instead of one that the training scans draw.
     #[arg(long, value_name = "MAP.yaml")]
     map: Option<PathBuf>,
@@ -85,6 +86,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     recipe.seed = arguments.seed.unwrap_or(recipe.seed);
     recipe.descent.steps = arguments.steps.unwrap_or(recipe.descent.steps);
     recipe.split.test_fold = arguments.test_fold.or(recipe.split.test_fold);
+    if arguments.from.as_deref().is_some_and(is_none) {
+        recipe.begin_with = BeginWith::Random;
+    }
     recipe.check()?;
     Model::check_name(&arguments.output)?;
     let device = arguments.device.open()?;
@@ -116,8 +120,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let mut training = Training::new(&recipe, &recording)
         .device(&device)
         .checkpoint(&checkpoint, resume);
-    if arguments.from != Path::new("none") {
-        training = training.from_pretrained(&Model::read(&arguments.from)?);
+    if let Some(from) = arguments.from.as_ref().filter(|from| !is_none(from)) {
+        let name = from.file_name().unwrap_or_default().to_string_lossy();
+        training = training.from_pretrained(&name, &Model::read(from)?);
     }
     if let Some(map) = &map {
         training = training.in_map(map);
@@ -157,6 +162,11 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     // The model is safe; a stale checkpoint is only in the way.
     let _ = Training::remove_checkpoints(&recipe, &checkpoint);
     show(&learned, &arguments, Some(seconds))
+}
+
+/// No pre-trained networks, as `--from` says it.
+fn is_none(from: &Path) -> bool {
+    from == Path::new("none")
 }
 
 /// Prints the notes and the result.
@@ -228,6 +238,7 @@ fn json(learned: &Learned, seconds: f64) -> String {
     let value = serde_json::json!({
         "train": report.scores.train,
         "validation": report.scores.validation,
+        "began_with": report.began_with,
         "steps": report.steps,
         "evaluations": report.evaluations,
         "stopped_by": report.stopped_by,
@@ -274,6 +285,11 @@ fn table(learned: &Learned, output: &Path, seconds: Option<f64>) -> Table {
         "{} filters for uncertainty {}, seed {}; {} steps ({why}){seconds}",
         recipe.features, recipe.uncertainty, recipe.seed, report.steps
     ));
+    if let Some(name) = &report.began_with {
+        table.caption(format!(
+            "began with networks pre-trained on other buildings: {name} (--from none: with random ones)"
+        ));
+    }
     table.caption("validation: unseen snapshots at places seen in training; the map from training snapshots only");
     if let Some(scale) = learned.model.header.evidence_scale {
         table.caption(format!(

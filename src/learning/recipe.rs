@@ -21,6 +21,8 @@ pub struct Recipe {
     pub uncertainty: Uncertainty,
     /// Number n of filters.
     pub features: usize,
+    /// What the networks begin with.
+    pub begin_with: BeginWith,
     /// What the networks are fed.
     pub input: InputConfig,
     /// Their shape.
@@ -35,6 +37,19 @@ pub struct Recipe {
     pub map: MapConfig,
     /// What training sees, what stops it, and what neither sees.
     pub split: SplitConfig,
+}
+
+/// What networks begin with, where no model is named (`ballmark train --from`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum BeginWith {
+    /// Networks that come with the program, pre-trained on simulated buildings, where the sensors and the recipe fit to them; else
+    /// random ones.
+    #[default]
+    Pretrained,
+    /// Random weights.
+    Random,
 }
 
 /// How the weights descend E_posterior.
@@ -279,6 +294,7 @@ impl Default for Recipe {
                 half_turn_rad: Some(crate::belief::prior::DEFAULT_HALF_TURN_RAD),
             },
             features: 4,
+            begin_with: BeginWith::default(),
             input: InputConfig::far(),
             network: NetConfig::default(),
             descent: DescentConfig::default(),

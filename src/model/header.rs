@@ -67,6 +67,9 @@ pub struct TrainingRecord {
     pub steps: usize,
     /// Evaluations of the objective with its gradient on the way.
     pub evaluations: usize,
+    /// The pre-trained networks that it began with, by their file's name; none: random ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub began_with: Option<String>,
     /// Why it ended.
     pub stopped_by: StoppedBy,
     /// Step of the checkpoint, of the same training with another number of steps, that it went on from under another

@@ -145,6 +145,7 @@ pub(super) fn model(path: &Path, meta: &str, arrays: &Arrays) -> Result<Model> {
 /// A header that does not speak of something is of a time before there was any: it has none, not the default's.
 fn without_later_keys(meta: &mut Value) {
     for (place, key, none) in [
+        ("/recipe", "begin_with", json!("random")),
         ("/recipe/network", "convolutions", json!([])),
         ("/recipe/descent", "cross_entropy", json!(0.0)),
         ("/recipe/map", "filled_from", json!("visits")),

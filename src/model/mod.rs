@@ -28,6 +28,7 @@ pub mod npz;
 mod pretrained;
 pub mod safetensors;
 pub mod seen;
+mod shipped;
 mod trained_model;
 mod training;
 

@@ -11,6 +11,7 @@ use crate::{
     error::{Error, Result},
     learning::{
         ErrorReduction, Recipe,
+        recipe::BeginWith,
         start::Start,
         trainer::{
             self, Checkpoints, Directive, NOTHING_LEARNED, Progress, StoppedBy, Trained,
@@ -55,7 +56,7 @@ pub struct Training<'a> {
     recipe: &'a Recipe,
     recording: &'a Recording,
     given: Option<&'a OccupancyMap>,
-    start: Option<Start>,
+    start: Option<(String, Start)>,
     device: Device,
     checkpoint: Option<(PathBuf, Resume)>,
     on_progress: Box<dyn FnMut(Progress) -> Directive + 'a>,
@@ -94,6 +95,8 @@ pub struct TrainingReport {
     pub steps: usize,
     /// Evaluations of the objective with its gradient on the way; judgements of the validation part not counted.
     pub evaluations: usize,
+    /// The pre-trained networks that it began with; none: random ones.
+    pub began_with: Option<String>,
     /// Why it ended.
     pub stopped_by: StoppedBy,
     /// Step of the checkpoint that it went on from, where it did.
@@ -122,10 +125,20 @@ impl<'a> Training<'a> {
         self
     }
 
-    /// Begins with the networks of this model, pre-trained on other buildings, instead of random ones.
-    pub fn from_pretrained(mut self, model: &Model) -> Self {
-        self.start = Some(model.as_start());
+    /// Begins with the networks of this model, pre-trained on other buildings, whatever the recipe's `begin_with` says; `name` is
+    /// what reports call it.
+    pub fn from_pretrained(mut self, name: &str, model: &Model) -> Self {
+        self.start = Some((name.to_string(), model.as_start()));
         self
+    }
+
+    /// What it begins with: the model that was named, or one that comes with the program, or nothing.
+    fn start(&self) -> Result<Option<(String, Start)>> {
+        if self.start.is_some() || self.recipe.begin_with == BeginWith::Random {
+            return Ok(self.start.clone());
+        }
+        let shipped = Model::shipped_for(self.recipe, self.recording)?;
+        Ok(shipped.map(|(name, model)| (name, model.as_start())))
     }
 
     /// Where the networks compute.
@@ -160,15 +173,26 @@ impl<'a> Training<'a> {
     pub fn run(mut self) -> Result<Learned> {
         let (recipe, recording) = (self.recipe, self.recording);
         recipe.check()?;
-        if recipe.descent.steps == 0 && self.start.is_none() {
+        let start = self.start()?;
+        if recipe.descent.steps == 0 && start.is_none() {
             return Err(Error::usage(
                 "descent.steps = 0: expected at least 1 where networks begin with random weights",
             ));
         }
-        let identity = TrainingIdentity::new(recipe, recording, self.given, self.start.as_ref())?;
+        let identity = TrainingIdentity::new(
+            recipe,
+            recording,
+            self.given,
+            start.as_ref().map(|(_, start)| start),
+        )?;
         let split = recipe.split.split(recording)?;
-        let training_set =
-            TrainingSet::in_map(recipe, recording, &split, self.given, self.start.as_ref())?;
+        let training_set = TrainingSet::in_map(
+            recipe,
+            recording,
+            &split,
+            self.given,
+            start.as_ref().map(|(_, start)| start),
+        )?;
         let checkpoints = self.checkpoint.as_ref().map(|(path, resume)| Checkpoints {
             path,
             identity: &identity,
@@ -182,7 +206,14 @@ impl<'a> Training<'a> {
             &mut self.on_progress,
         )?;
         let resumed_at = trained.resumed_at;
-        let model = model(recipe, recording, &training_set, &identity, trained);
+        let began_with = start.map(|(name, _)| name);
+        let model = model(
+            recipe,
+            recording,
+            &training_set,
+            (&identity, began_with),
+            trained,
+        );
         let report = TrainingReport::of(&model, resumed_at)
             .ok_or_else(|| Error::work("a model without a record of its training"))?;
         Ok(Learned { model, report })
@@ -200,8 +231,12 @@ impl<'a> Training<'a> {
         let Some(record) = &model.header.training else {
             return Ok(None); // written before models recorded their training
         };
-        let identity =
-            TrainingIdentity::new(self.recipe, self.recording, self.given, self.start.as_ref())?;
+        let identity = TrainingIdentity::new(
+            self.recipe,
+            self.recording,
+            self.given,
+            self.start()?.as_ref().map(|(_, start)| start),
+        )?;
         if record.identity == identity.whole {
             let report = TrainingReport::of(&model, None);
             return Ok(report.map(|report| Learned { model, report }));
@@ -234,7 +269,7 @@ fn model(
     recipe: &Recipe,
     recording: &Recording,
     training_set: &TrainingSet<'_>,
-    identity: &TrainingIdentity,
+    (identity, began_with): (&TrainingIdentity, Option<String>),
     trained: Trained,
 ) -> Model {
     let snapshots = &training_set.snapshots;
@@ -266,6 +301,7 @@ fn model(
                 identity_but_for_steps: identity.but_for_steps.clone(),
                 steps: trained.steps,
                 evaluations: trained.evaluations,
+                began_with,
                 stopped_by: trained.stopped_by,
                 extended_at: trained.extended_at,
             }),
@@ -306,6 +342,7 @@ impl TrainingReport {
             scores,
             steps: record.steps,
             evaluations: record.evaluations,
+            began_with: record.began_with.clone(),
             stopped_by: record.stopped_by,
             resumed_at,
             notes,

@@ -90,7 +90,7 @@ fn a_training_goes_on_from_pretrained_networks_or_uses_them_as_they_are() {
         &["--from", "t.safetensors", "--steps", "3"],
     )
     .done();
-    train("m2.safetensors", &["--steps", "3"]).done();
+    train("m2.safetensors", &["--steps", "3", "--from", "none"]).done();
     assert!(bytes("m1.safetensors") != bytes("m0.safetensors"));
     assert!(bytes("m1.safetensors") != bytes("m2.safetensors"));
     // The map answers at every pose: it is in the model, and the trials play with it.
@@ -117,7 +117,7 @@ fn what_does_not_fit_is_refused() {
         let arguments = ["train", "hall.npz", "-o", "m.safetensors"];
         place.ballmark(&[&arguments[..], more].concat())
     };
-    train(&["--steps", "0"]).refused(2, &["descent.steps = 0", "random weights"]);
+    train(&["--steps", "0", "--from", "none"]).refused(2, &["descent.steps = 0", "random weights"]);
     train(&["--from", "gone.safetensors"]).refused(1, &["gone.safetensors"]);
     // Another sensor: the shipped corridor's sonars.
     let shipped = concat!(

@@ -1,7 +1,8 @@
 //! The paper's own training as a recipe: what it says, and what had to be assumed.
 
 use super::{
-    AugmentationConfig, DescentConfig, ObjectiveKind, Optimiser, PriorMix, Recipe, Scale, Schedule,
+    AugmentationConfig, BeginWith, DescentConfig, ObjectiveKind, Optimiser, PriorMix, Recipe,
+    Scale, Schedule,
 };
 use crate::{
     belief::{FilledFrom, MapConfig},
@@ -38,6 +39,7 @@ impl Recipe {
     /// ```
     pub fn thrun1998() -> Self {
         Self {
+            begin_with: BeginWith::Random,
             input: InputConfig::default(),
             network: NetConfig::thrun1998(),
             descent: DescentConfig {
