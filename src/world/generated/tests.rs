@@ -391,7 +391,8 @@ fn constants_out_of_bounds_are_told_by_name() {
             .unwrap_err()
             .to_string()
     };
-    let cases: [(fn(&mut GeneratedConfig), &str); 8] = [
+    type Case = (fn(&mut GeneratedConfig), &'static str);
+    let cases: [Case; 8] = [
         (|c| c.beams = 0, "`beams` is 0; expected 1 to 10000"),
         (|c| c.visits = 0, "`visits` is 0; expected 1 to 100"),
         (|c| c.people = vec![1.5], "`people` is 1.5; expected 0 to 1"),
