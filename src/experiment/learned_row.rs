@@ -87,6 +87,10 @@ fn at_every_pose<'a>(
         return Ok(None);
     };
     let as_bits = rounded == Rounded::ToBits;
+    // Bits are always held against their map so; of the other ways to weigh probabilities the map of visits knows all.
+    if !as_bits && context.config.evidence != Evidence::MeanField {
+        return Ok(None);
+    }
     let Some(map) = model.code_map(&context.grid, as_bits)? else {
         return Ok(None);
     };

@@ -12,18 +12,14 @@ use crate::{
         sensor_model::{BeamModel, BeamModelConfig, LikelihoodFieldModel},
     },
     mapping::{
-        LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig, RangeSensors,
-        read_fitting,
+        LikelihoodField, LikelihoodFieldConfig, OccupancyMap, RangeSensors, drawn_maps,
+        read_fitting, rendered_as,
     },
 };
 use std::{path::Path, sync::Arc};
 
 /// Scatters of a beam's end about what it hit that are tried, in metres; where nothing can be validated, the first is taken.
 const DEVIATIONS_M: [f64; 3] = [0.2, 0.1, 0.4];
-
-/// Openings of sonar and infrared cones that maps are drawn with, as shares of the whole: rays, and how far an echo's cause is
-/// looked for to the sides.
-const OPENINGS: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// Power of a scan's evidence where nothing tunes it: some beams of 36 are worth one.
 const USUAL_SCALE: f64 = 0.125;
@@ -44,8 +40,7 @@ pub(super) struct RangeMaps<'a, 'b> {
     context: &'b MethodContext<'a>,
     /// Of the sensors that the models work from.
     sensors: RangeSensors,
-    /// The map that was given; else those that the training scans draw, for sensors with cones one for each of the
-    /// [openings](OPENINGS).
+    /// The map that was given; else those that the training scans draw, those of [`drawn_maps`].
     maps: Vec<OccupancyMap>,
     /// Pose of each training place.
     training: Vec<Vec<Pose>>,
@@ -71,24 +66,12 @@ impl<'a, 'b> RangeMaps<'a, 'b> {
             channels,
             ..RangeSensors::default()
         };
-        let Ok(beams) = sensors.beams(recording.channels()) else {
+        if sensors.beams(recording.channels()).is_err() {
             return Ok(None);
-        };
-        let has_cones = beams.iter().any(|beam| beam.opening_rad > 0.0);
-        let drawn = |sensors: RangeSensors| {
-            let config = OccupancyMapConfig {
-                sensors,
-                ..OccupancyMapConfig::default()
-            };
-            OccupancyMap::from_scans(recording, training, &config)
-        };
-        let maps = if !given.as_os_str().is_empty() {
-            vec![read_fitting(given, recording, training, &sensors)?]
-        } else if has_cones {
-            let narrowed = OPENINGS.map(|share| drawn(sensors.narrowed(share)));
-            narrowed.into_iter().collect::<Result<_>>()?
-        } else {
-            vec![drawn(sensors.clone())?]
+        }
+        let maps = match given.as_os_str().is_empty() {
+            true => drawn_maps(recording, training, &sensors)?,
+            false => vec![read_fitting(given, recording, training, &sensors)?],
         };
         let poses = recording.poses();
         Ok(Some(Self {
@@ -142,13 +125,9 @@ impl<'a, 'b> RangeMaps<'a, 'b> {
     /// # Errors
     /// As [`RangeMaps::in_filter`].
     pub fn beam_model(&self) -> Result<Method<'a>> {
-        let channels = self.context.source()?.recording.channels();
-        let cones = self.sensors.beams(channels)?;
-        let has_cones = cones.iter().any(|beam| beam.opening_rad > 0.0);
-        let rendered = match has_cones {
-            true => vec![self.sensors.as_rays(), self.sensors.clone()],
-            false => vec![self.sensors.clone()],
-        };
+        let recording = &self.context.source()?.recording;
+        let channels = recording.channels();
+        let rendered = rendered_as(recording, &self.sensors)?;
         let maps = self.maps.iter();
         let pairs = maps.flat_map(|map| rendered.iter().map(move |sensors| (map, sensors)));
         let candidates = pairs.map(|(map, sensors)| {

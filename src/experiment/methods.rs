@@ -352,8 +352,8 @@ impl<'a> MethodContext<'a> {
         Ok(self.priors.iter().map(of_prior).collect())
     }
 
-    /// Single-snapshot error reductions of features under every prior, with a map of the training places: by mean field where that is the evidence, else by the
-    /// exact objective.
+    /// Single-snapshot error reductions of features under every prior, with a map of the training places: by mean field where
+    /// that is the evidence, else by the exact objective.
     pub(super) fn judge(
         &self,
         answers: &Array2<f32>,

@@ -13,7 +13,7 @@ use crate::{
     },
     error::{Error, Result},
     geometry::{Pose, wrapped},
-    mapping::{Occupancy, OccupancyMap, OccupancyMapConfig, RangeSensors},
+    mapping::{Occupancy, OccupancyMap, RangeSensors, drawn_maps, rendered_as},
     recording::{Recording, split::Split},
     seed::Stream,
 };
@@ -30,10 +30,6 @@ const MOST_POSES: usize = 100_000;
 const BESIDE_M: [f64; 2] = [0.15, 0.6];
 /// And how far turned, a metre.
 const TURNED_RAD_PER_M: f64 = 1.0 / 3.0;
-
-/// Openings of sonar and infrared cones that maps are drawn with, as shares of the whole: rays, and how far an echo's cause is
-/// looked for to the sides.
-const OPENINGS: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// Snapshots that a map is held against.
 const COMPARED: usize = 300;
@@ -190,27 +186,11 @@ fn sensed_map(
         channels: input.channel_names().map(String::from).collect(),
         ..RangeSensors::default()
     };
-    let beams = sensors.beams(recording.channels())?;
-    let has_cones = beams.iter().any(|beam| beam.opening_rad > 0.0);
-    let drawn = |sensors: RangeSensors| {
-        let config = OccupancyMapConfig {
-            sensors,
-            ..OccupancyMapConfig::default()
-        };
-        OccupancyMap::from_scans(recording, &split.train, &config)
-    };
     let maps = match given {
         Some(map) => vec![map.clone()],
-        None if has_cones => {
-            let narrowed = OPENINGS.map(|share| drawn(sensors.narrowed(share)));
-            narrowed.into_iter().collect::<Result<Vec<_>>>()?
-        }
-        None => vec![drawn(sensors.clone())?],
+        None => drawn_maps(recording, &split.train, &sensors)?,
     };
-    let looks = match has_cones {
-        true => vec![sensors.as_rays(), sensors.clone()],
-        false => vec![sensors.clone()],
-    };
+    let looks = rendered_as(recording, &sensors)?;
     let asked = match split.validation.is_empty() {
         true => &split.train,
         false => &split.validation,

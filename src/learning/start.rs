@@ -2,7 +2,10 @@
 
 use super::recipe::Recipe;
 use crate::{
-    detector::{input::Input, net::Weights},
+    detector::{
+        input::Input,
+        net::{Layer, Weights},
+    },
     error::{Error, Result},
     geometry::wrapped,
     recording::Channel,
@@ -68,9 +71,7 @@ impl Start {
     /// # Errors
     /// Where the recipe's networks have another shape.
     pub fn weights_for(&self, recipe: &Recipe, mut random: Weights) -> Result<Weights> {
-        let same = |(own, other): (&crate::detector::net::Layer, &crate::detector::net::Layer)| {
-            own.weight.dim() == other.weight.dim()
-        };
+        let same = |(own, other): (&Layer, &Layer)| own.weight.dim() == other.weight.dim();
         let shared = random.trunk;
         let fits = self.weights.trunk == shared
             && self.weights.convolutions == random.convolutions

@@ -4,6 +4,7 @@
 //! *Probabilistic Robotics*, 2005, table 6.3) says how well a beam's end fits to it. Together they are the rival that
 //! learned landmarks have to beat wherever a plan predicts the sensor.
 
+mod candidates;
 mod distance;
 mod fit;
 mod likelihood_field;
@@ -13,6 +14,7 @@ mod raycast;
 mod render;
 mod ros_map;
 
+pub use candidates::{drawn_maps, rendered_as};
 pub use fit::{check_fits, read_fitting};
 pub use likelihood_field::{Beam, LikelihoodField, LikelihoodFieldConfig};
 pub use occupancy_map::{Occupancy, OccupancyMap, OccupancyMapConfig};

@@ -86,6 +86,17 @@ impl RangeSensors {
         Ok(())
     }
 
+    /// Does any of the sensors see more than a ray?
+    ///
+    /// # Errors
+    /// As [`RangeSensors::beams`].
+    pub fn have_cones(&self, channels: &[Channel]) -> Result<bool> {
+        Ok(self
+            .beams(channels)?
+            .iter()
+            .any(|beam| beam.opening_rad > 0.0))
+    }
+
     /// Every range reading of the sensors with a known direction, in the order of a snapshot's values.
     ///
     /// # Errors

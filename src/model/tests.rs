@@ -8,6 +8,7 @@ use crate::{
     belief::Uncertainty,
     geometry::Pose,
     learning::Recipe,
+    mapping::{Occupancy, OccupancyMap, RangeSensors},
     recording::{Channel, Columns, Recording},
     seed::Seed,
 };
@@ -283,4 +284,64 @@ fn no_truncation_is_read_and_no_damage_panics() {
             }
         }
     }
+}
+
+/// A model whose map is rendered in a room of 2 × 1 m.
+fn rendered_model() -> Model {
+    let mut model = model(false);
+    let cell = |k: usize| match (k % 8, k / 8) {
+        (0 | 7, _) | (_, 0 | 3) => Occupancy::Occupied,
+        (5, 2) => Occupancy::Unknown,
+        _ => Occupancy::Free,
+    };
+    let map = OccupancyMap::from_cells(0.25, [-1.0, 0.5], 8, (0..32).map(cell).collect());
+    model.header.occupancy = Some(OccupancyHeader {
+        cell_m: 0.25,
+        origin_m: [-1.0, 0.5],
+        sensors: RangeSensors::default(),
+    });
+    model.occupancy = Some(map.unwrap());
+    model
+}
+
+#[test]
+fn a_rendered_map_comes_back_and_what_is_none_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = rendered_model();
+    for container in CONTAINERS {
+        let path = folder.path().join("room").with_extension(container);
+        model.write(&path).unwrap();
+        assert_eq!(Model::read(&path).unwrap(), model, "{container}");
+    }
+    let (meta, whole) = (model.meta().unwrap(), all_of(&model));
+    let place = "array `map.occupancy`";
+    refused(
+        &meta,
+        &without(&whole, "map.occupancy"),
+        &[place, "missing"],
+    );
+    let with = |cells: ArrayD<u8>| {
+        let mut arrays = without(&whole, "map.occupancy");
+        arrays.put_u8("map.occupancy", cells);
+        arrays
+    };
+    let cells = |shape: &[usize], number| ArrayD::from_elem(IxDyn(shape), number);
+    refused(
+        &meta,
+        &with(cells(&[4, 8], 7)),
+        &[place, "holds 7", "expected 0 (free)"],
+    );
+    refused(
+        &meta,
+        &with(cells(&[4, 8], 0)),
+        &[place, "no cell is occupied"],
+    );
+    refused(&meta, &with(cells(&[32], 100)), &[place, "axes"]);
+    refused(&meta, &with(cells(&[0, 8], 100)), &[place]);
+    let mut floats = without(&whole, "map.occupancy");
+    floats.put_f32("map.occupancy", ArrayD::zeros(IxDyn(&[4, 8])));
+    refused(&meta, &floats, &[place, "f32; expected u8"]);
+    let mut header: Value = serde_json::from_str(&meta).unwrap();
+    header["occupancy"]["cell_m"] = json!(-0.25);
+    refused(&header.to_string(), &whole, &[place, "-0.25"]);
 }

@@ -1,6 +1,6 @@
 //! The likelihood of detected features under a map that answers at every pose of a grid.
 
-use super::{PreparedSensorModel, SensorModel, flat};
+use super::{PreparedSensorModel, SensorModel, flat, same_features};
 use crate::{
     belief::{Belief, CodeMap},
     detector::Detector,
@@ -25,13 +25,7 @@ impl EveryPose {
     /// # Errors
     /// Where they have different numbers of features.
     pub fn new(detector: Arc<dyn Detector>, map: Arc<CodeMap>) -> Result<Self> {
-        if detector.features() != map.features() {
-            return Err(Error::work(format!(
-                "learned features: a detector of {} features; expected {}, those of the map",
-                detector.features(),
-                map.features()
-            )));
-        }
+        same_features(detector.as_ref(), map.features())?;
         Ok(Self { detector, map })
     }
 }

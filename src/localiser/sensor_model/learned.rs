@@ -1,6 +1,6 @@
 //! The likelihood of detected features under the map: P(f | ξ), whatever detector the features come from.
 
-use super::{PreparedSensorModel, SensorModel, flat};
+use super::{PreparedSensorModel, SensorModel, flat, same_features};
 use crate::{
     belief::{Belief, Evidence, GridMap},
     detector::Detector,
@@ -27,13 +27,7 @@ impl LearnedFeatures {
     /// # Errors
     /// Where detector and map have different numbers of features.
     pub fn new(detector: Arc<dyn Detector>, map: Arc<GridMap>, evidence: Evidence) -> Result<Self> {
-        if detector.features() != map.features() {
-            return Err(Error::work(format!(
-                "learned features: a detector of {} features; expected {}, those of the map",
-                detector.features(),
-                map.features()
-            )));
-        }
+        same_features(detector.as_ref(), map.features())?;
         Ok(Self {
             detector,
             map,

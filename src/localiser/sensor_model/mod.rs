@@ -60,7 +60,8 @@ pub use signal_field::SignalFieldModel;
 
 use crate::{
     belief::Belief,
-    error::Result,
+    detector::Detector,
+    error::{Error, Result},
     recording::{Observation, Recording},
     seed::Stream,
 };
@@ -137,6 +138,18 @@ impl<M: Deref<Target: SensorModel> + Send + Sync> PreparedSensorModel for OneByO
     ) -> Result<Vec<f64>> {
         let observation = self.recording.observation(snapshot);
         self.model.log_likelihood(&observation, belief, stream)
+    }
+}
+
+/// # Errors
+/// Where a detector and the map of what it answers have different numbers of features.
+fn same_features(detector: &dyn Detector, in_map: usize) -> Result<()> {
+    match detector.features() == in_map {
+        true => Ok(()),
+        false => Err(Error::work(format!(
+            "learned features: a detector of {} features; expected {in_map}, those of the map",
+            detector.features()
+        ))),
     }
 }
 

@@ -212,3 +212,57 @@ fn of_list<'a>(key: &'a str, list: &[f64]) -> Result<Vec<(&'a str, f64)>> {
     }
     Ok(list.iter().map(|value| (key, *value)).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{seed::Seed, world::generated::GeneratedBuilding};
+
+    #[test]
+    fn constants_out_of_bounds_are_told_by_name() {
+        let wrong = |change: fn(&mut GeneratedConfig)| {
+            let mut config = GeneratedConfig::default();
+            change(&mut config);
+            GeneratedBuilding::draw(&config, 0, Seed(1))
+                .unwrap_err()
+                .to_string()
+        };
+        type Case = (fn(&mut GeneratedConfig), &'static str);
+        let cases: [Case; 8] = [
+            (|c| c.beams = 0, "`beams` is 0; expected 1 to 10000"),
+            (|c| c.visits = 0, "`visits` is 0; expected 1 to 100"),
+            (|c| c.people = vec![1.5], "`people` is 1.5; expected 0 to 1"),
+            (
+                |c| c.glass = vec![],
+                "`glass` is empty; expected at least one number",
+            ),
+            (
+                |c| c.path_m = [9.0, 3.0],
+                "`path_m` is [9, 3]; expected two numbers",
+            ),
+            (
+                |c| c.clearance_m = 0.1,
+                "`clearance_m` is 0.1; expected 0.3 to 1",
+            ),
+            (
+                |c| c.shares.hall = -1.0,
+                "`shares.hall` is -1; expected 0 or more",
+            ),
+            (
+                |c| c.maximum_m = f64::NAN,
+                "`maximum_m` is NaN; expected more than 0.5",
+            ),
+        ];
+        for (change, expected) in cases {
+            let message = wrong(change);
+            assert!(
+                message.contains(expected) && !message.contains('\n'),
+                "{message}"
+            );
+        }
+        let zero = "office = 0\nrooms = 0\ncorridor = 0\nhall = 0";
+        let shares: KindShares = toml::from_str(zero).unwrap();
+        assert!(shares.check().is_err());
+        assert!(toml::from_str::<GeneratedConfig>("beems = 3").is_err());
+    }
+}

@@ -41,6 +41,7 @@ use free_space::FreeSpace;
 use moment::Moment;
 use nalgebra::Point2;
 use ndarray::Array2;
+#[cfg(test)]
 use plan::Plan;
 use sensor::Sensor;
 
@@ -108,7 +109,6 @@ impl GeneratedBuilding {
 struct Visit {
     caster: Raycaster,
     truth: Vec<Pose>,
-    #[cfg_attr(not(test), allow(dead_code))]
     moment: Moment,
 }
 
@@ -117,7 +117,7 @@ struct Site {
     kind: PlanKind,
     /// The first visit, then the later ones.
     visits: Vec<Visit>,
-    #[cfg_attr(not(test), allow(dead_code))]
+    #[cfg(test)]
     plan: Plan,
 }
 
@@ -167,7 +167,12 @@ impl Site {
                 moment,
             });
         }
-        Ok(Some(Self { kind, visits, plan }))
+        Ok(Some(Self {
+            kind,
+            visits,
+            #[cfg(test)]
+            plan,
+        }))
     }
 }
 
