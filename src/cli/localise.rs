@@ -7,10 +7,11 @@ use crate::{
     experiment::{
         localisation::{self, LocaliseConfig, Record},
         parts::{Parts, odometry_is_the_truth},
+        same_sensor::other_sensor,
     },
     mapping::RosMap,
     model::Model,
-    recording::{Recording, npz},
+    recording::{Recording, degraded::Degraded, npz},
     report::localisation as tables,
     storage,
 };
@@ -39,7 +40,8 @@ pub struct Arguments {
     /// Folder for the curves (CSV) and their pictures (SVG).
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Configuration; its section [localise] holds for all that no flag below says otherwise.
+    /// Configuration; its section [localise] holds for all that no flag below says otherwise, [degraded] for the sensor that
+    /// the datasets are seen by: the same as in training.
     #[arg(long, value_name = "C.toml")]
     config: Option<PathBuf>,
     /// A ROS map (its YAML) in the frame of the dataset's poses, for those who localise in a map; otherwise the scans that the
@@ -65,12 +67,13 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
-    let mut config = Experiment::read(arguments.config.as_deref(), None)?.localise;
+    let experiment = Experiment::read(arguments.config.as_deref(), None)?;
+    let (mut config, degraded) = (experiment.localise, experiment.degraded);
     config.trials = arguments.trials.unwrap_or(config.trials);
     config.seed = Some(arguments.seed.unwrap_or(config.seed().0));
     config.evidence = arguments.evidence.unwrap_or(config.evidence);
     config.map = arguments.map.unwrap_or(config.map);
-    config.people = arguments.people.unwrap_or(config.people);
+    config.people = Some(arguments.people.unwrap_or(config.people()));
     config.check()?;
     if !config.map.as_os_str().is_empty() {
         RosMap::read(&config.map)?; // one that is none fails now
@@ -90,10 +93,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         Places::Plane(_) => recording.in_the_plane(),
         Places::Route(_) => recording,
     };
-    let recording = as_learned(npz::read(dataset)?);
+    let recording = as_learned(seen_by(&degraded, npz::read(dataset)?, dataset)?);
     let trained_on = match arguments.trained_on.as_slice() {
         [] => None,
-        datasets => Some(as_learned(read_all(datasets)?)),
+        datasets => {
+            let trained_on = seen_by(&degraded, read_all(datasets)?, &datasets[0])?;
+            Some(as_learned(trained_on))
+        }
     };
     let in_dataset = |e: Error| {
         if e.is_usage() { e } else { e.in_file(dataset) }
@@ -104,14 +110,15 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             "note: no baselines: they learn from the dataset that the model was trained on; name it with --trained-on",
         );
     }
+    warn_of_other_sensors(&models, &recording);
     if odometry_is_the_truth(&recording) {
         warn(
             "note: the dataset's odometry repeats its poses, so whatever odometry carries is flattered",
         );
     }
     let (crowded, among_people);
-    let parts = if config.people > 0.0 {
-        crowded = recording.with_people(&parts.unseen, config.people, config.seed())?;
+    let parts = if config.people() > 0.0 {
+        crowded = recording.with_people(&parts.unseen, config.people(), config.seed())?;
         among_people = parts.with_run(&crowded);
         &among_people
     } else {
@@ -130,6 +137,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         print(&format!("{}\n", json(&record, seconds)?))?;
     } else {
         let mut table = tables::table(&record);
+        if let Some(degraded) = &record.degraded {
+            table.caption(format!("sensor degraded: {degraded}"));
+        }
         table.caption(format!(
             "belief over {} cells, {} evidence, seed {}, {seconds:.1} s",
             record.cells,
@@ -139,6 +149,21 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         print(&table.text())?;
     }
     Ok(Outcome::Done)
+}
+
+/// A recording of this file, or of this one and others, as the sensor of a configuration would have made it.
+pub(super) fn seen_by(degraded: &Degraded, recording: Recording, file: &Path) -> Result<Recording> {
+    degraded.sensor(recording).map_err(|e| e.in_file(file))
+}
+
+/// Says where a recording's sensor is another one than a model learned with.
+pub(super) fn warn_of_other_sensors(models: &[&Model], recording: &Recording) {
+    let differences = models
+        .iter()
+        .filter_map(|model| other_sensor(model, recording));
+    if let Some(difference) = differences.into_iter().next() {
+        warn(&format!("note: {difference}"));
+    }
 }
 
 /// Plays the trials, with a bar.
@@ -196,6 +221,7 @@ pub(super) fn write_config(
         "localise": config,
         "motion": config.motion.as_ref().unwrap_or(&model.header.motion),
         "dataset_sha256": dataset.columns().dataset_sha256,
+        "degraded": dataset.columns().degraded,
         "model": model.header,
     });
     write_text(
@@ -220,6 +246,7 @@ pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
         "covered": record.covered,
         "unseen_is_validation": record.unseen_is_validation,
         "people": record.people,
+        "degraded": record.degraded,
         "timing": { "seconds": seconds, "step_ms": record.timing.step_ms },
         "paired_tests": record.paired_tests,
     });
