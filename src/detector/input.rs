@@ -5,6 +5,7 @@
 
 mod channel;
 mod config;
+mod sectors;
 
 pub use config::{InputConfig, SectorValue};
 
@@ -152,6 +153,50 @@ impl Input {
             mean: other.mean.clone(),
             deviation: other.deviation.clone(),
         }
+    }
+
+    /// The inputs of one range sensor as another fills them: the same sectors, statistics and constants, `own` being the sensor that
+    /// they were fitted to. A sector that the other does not look into is at its mean. `None` where either has no bearings, the
+    /// inputs are of several sensors, or the other looks into less than half of the sectors.
+    pub fn looked_into_by(&self, own: &[Channel], other: &Channel) -> Option<Self> {
+        self.with_channel(own, |channel, own| channel.looked_into_by(own, other))
+    }
+
+    /// The same inputs where only some of the sensor's beams are there; as [`Input::looked_into_by`].
+    pub(crate) fn of_beams(&self, own: &[Channel], kept: &[usize]) -> Option<Self> {
+        self.with_channel(own, |channel, own| channel.of_beams(own, kept))
+    }
+
+    fn with_channel(
+        &self,
+        own: &[Channel],
+        of: impl Fn(&ChannelInput, &Channel) -> Option<ChannelInput>,
+    ) -> Option<Self> {
+        let [channel] = &self.channels[..] else {
+            return None;
+        };
+        let own = own.iter().find(|own| own.name == channel.name)?;
+        Some(Self {
+            channels: vec![of(channel, own)?],
+            mean: self.mean.clone(),
+            deviation: self.deviation.clone(),
+        })
+    }
+
+    /// Inputs `[snapshot, input]` as they would be if whatever is farther than `reach_m` had no return.
+    pub(crate) fn within_reach(&self, reach_m: f32, mut inputs: Array2<f32>) -> Array2<f32> {
+        for mut row in inputs.rows_mut() {
+            let mut from = 0;
+            for channel in &self.channels {
+                let own = from..from + channel.inputs();
+                let constants = (&self.mean[own.clone()], &self.deviation[own.clone()]);
+                if let Some(row) = row.as_slice_mut() {
+                    channel.within_reach(reach_m, constants, &mut row[own.clone()]);
+                }
+                from = own.end;
+            }
+        }
+        inputs
     }
 
     /// Number of inputs that the networks get.

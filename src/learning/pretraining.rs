@@ -5,6 +5,10 @@
 //! visits, with doors, furniture and people drawn anew ([`GeneratedBuilding`]). What is learned is what any building has in common: how
 //! a scan that was taken answers as one that is rendered, whatever stands in its way.
 
+mod varied_sensor;
+
+pub use varied_sensor::VariedSensorConfig;
+
 use super::{
     error_reduction::ErrorReduction,
     every_pose::{EveryPose, alone},
@@ -37,6 +41,8 @@ use std::collections::VecDeque;
 pub struct PretrainingConfig {
     /// The buildings, and the sensor that goes through them.
     pub buildings: GeneratedConfig,
+    /// Sensors that are worse than theirs.
+    pub sensors: VariedSensorConfig,
     /// Buildings that a step may be of; the oldest gives way to a new one …
     pub at_hand: usize,
     /// … every so many steps.
@@ -49,6 +55,7 @@ impl Default for PretrainingConfig {
     fn default() -> Self {
         Self {
             buildings: GeneratedConfig::default(),
+            sensors: VariedSensorConfig::default(),
             at_hand: 24,
             steps_per_building: 8,
             held_out: 12,
@@ -69,7 +76,7 @@ impl PretrainingConfig {
             Some((key, _)) => Err(Error::usage(format!(
                 "pretrain.{key} = 0: expected at least 1"
             ))),
-            None => self.buildings.check(),
+            None => self.sensors.check().and_then(|()| self.buildings.check()),
         }
     }
 }
@@ -108,6 +115,8 @@ const JUDGED: usize = 200;
 
 /// One building, ready to be learned from.
 struct Lesson {
+    /// How the sensor's readings become inputs.
+    input: Input,
     every_pose: EveryPose,
     /// Where the first run took its scans.
     mapped: Places,
@@ -115,13 +124,14 @@ struct Lesson {
 }
 
 impl Lesson {
-    fn new(building: &GeneratedBuilding, recipe: &Recipe, input: &Input) -> Result<Option<Self>> {
+    fn new(building: &GeneratedBuilding, recipe: &Recipe, input: Input) -> Result<Option<Self>> {
         let split = Split {
             train: (0..building.first.len()).collect(),
             ..Split::default()
         };
-        let every_pose = EveryPose::prepare(recipe, &building.first, &split, input, None)?;
+        let every_pose = EveryPose::prepare(recipe, &building.first, &split, &input, None)?;
         Ok(every_pose.map(|every_pose| Self {
+            input,
             every_pose,
             mapped: Places::of(&building.first),
             later: building.second.clone(),
@@ -129,7 +139,12 @@ impl Lesson {
     }
 
     /// The snapshots of a step.
-    fn mini_batch(&self, recipe: &Recipe, input: &Input, random: &mut Stream) -> Result<MiniBatch> {
+    fn mini_batch(
+        &self,
+        config: &PretrainingConfig,
+        recipe: &Recipe,
+        random: &mut Stream,
+    ) -> Result<MiniBatch> {
         let count = recipe.descent.truths_per_step.min(self.later.len());
         let truths = index::sample(random, self.later.len(), count).into_vec();
         let uncertainty = (0..count).map(|_| draw_uncertainty(recipe, random));
@@ -140,9 +155,12 @@ impl Lesson {
         let (candidates, rendered) = self.every_pose.draw(&places, rendered, random);
         let problem =
             Problem::for_step(recipe, &alone(&recipe.map), uncertainty, places, candidates)?;
-        let inputs = [input.transform(&seen)?, rendered];
+        let inputs = [self.input.transform(&seen)?, rendered];
         let mut inputs = concatenate(Axis(0), &inputs.each_ref().map(|inputs| inputs.view()))
             .map_err(|e| Error::work(format!("inputs of a step: {e}")))?;
+        if let Some(reach_m) = config.sensors.reach_m(seen.channels(), random) {
+            inputs = self.input.within_reach(reach_m, inputs);
+        }
         let deviation = recipe.augmentation.input_noise as f32;
         inputs.mapv_inplace(|x| {
             let noise: f32 = StandardNormal.sample(random);
@@ -156,7 +174,7 @@ impl Lesson {
     }
 
     /// One later snapshot's error reduction with no idea where in the building the robot is.
-    fn judge(&self, recipe: &Recipe, input: &Input, networks: &Weights) -> Result<ErrorReduction> {
+    fn judge(&self, recipe: &Recipe, networks: &Weights) -> Result<ErrorReduction> {
         let every = self.later.len().div_ceil(JUDGED);
         let truths: Vec<usize> = (0..self.later.len()).step_by(every).collect();
         let seen = self.later.select(&truths)?;
@@ -166,7 +184,7 @@ impl Lesson {
         };
         let map = alone(&recipe.map);
         let problem = Problem::reported(&global, &map, &Places::of(&seen), &self.mapped)?;
-        let truths = answers(networks, &input.transform(&seen)?)?;
+        let truths = answers(networks, &self.input.transform(&seen)?)?;
         let candidates = answers(networks, &self.every_pose.at_training)?;
         problem.judge(truths.view(), candidates.view())
     }
@@ -180,7 +198,7 @@ fn answers(networks: &Weights, inputs: &Array2<f32>) -> Result<Array2<f32>> {
 
 /// Buildings in the order of their numbers, those passed over that are too small.
 struct Buildings<'a> {
-    config: &'a GeneratedConfig,
+    config: &'a PretrainingConfig,
     seed: Seed,
     next: u64,
 }
@@ -192,7 +210,8 @@ impl Buildings<'_> {
     fn draw(&mut self) -> Result<GeneratedBuilding> {
         for _ in 0..MOST_REFUSED {
             self.next += 1;
-            if let Some(building) = GeneratedBuilding::draw(self.config, self.next - 1, self.seed)?
+            if let Some(building) =
+                GeneratedBuilding::draw(&self.config.buildings, self.next - 1, self.seed)?
             {
                 return Ok(building);
             }
@@ -204,7 +223,11 @@ impl Buildings<'_> {
 
     fn lesson(&mut self, recipe: &Recipe, input: &Input) -> Result<Lesson> {
         loop {
-            if let Some(lesson) = Lesson::new(&self.draw()?, recipe, input)? {
+            let building = self.draw()?;
+            let mut random = self.seed.numbered_stream("varied sensor", self.next);
+            let sensors = &self.config.sensors;
+            let worsened = sensors.worsened(input, building.first.channels(), &mut random);
+            if let Some(lesson) = Lesson::new(&building, recipe, worsened)? {
                 return Ok(lesson);
             }
         }
@@ -224,7 +247,7 @@ pub fn pretrain(
     config.check()?;
     let seed = Seed(recipe.seed);
     let mut buildings = Buildings {
-        config: &config.buildings,
+        config,
         seed,
         next: 0,
     };
@@ -241,7 +264,7 @@ pub fn pretrain(
     let input = Input::fit(&recipe.input, &several, &everything)?;
     let mut held_out = Vec::new();
     for building in &apart {
-        held_out.extend(Lesson::new(building, recipe, &input)?);
+        held_out.extend(Lesson::new(building, recipe, input.clone())?);
     }
     let mut initial = seed.stream("initial weights");
     let mut weights = Weights::random(
@@ -260,7 +283,7 @@ pub fn pretrain(
         let networks = with_gain(weights, recipe.network.gain);
         let judged = held_out
             .iter()
-            .map(|lesson| lesson.judge(recipe, &input, &networks));
+            .map(|lesson| lesson.judge(recipe, &networks));
         let judged = judged.collect::<Result<Vec<_>>>()?;
         let sum: f64 = judged.iter().map(|judged| judged.error_reduction).sum();
         Ok(sum / judged.len().max(1) as f64)
@@ -297,7 +320,7 @@ pub fn pretrain(
         }
         let mut random = seed.numbered_stream("draw of a pre-training step", step as u64);
         let lesson = &at_hand[random.random_range(0..at_hand.len())];
-        let batch = lesson.mini_batch(recipe, &input, &mut random)?;
+        let batch = lesson.mini_batch(config, recipe, &mut random)?;
         let networks = with_gain(&weights, recipe.network.gain);
         let mut out = Array2::zeros((batch.inputs.nrows(), recipe.features));
         layered.forward(&networks, batch.inputs.view(), out.view_mut())?;

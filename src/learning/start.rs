@@ -14,6 +14,9 @@ use crate::{
 /// Views that differ by less than this are one, in radians: 180° in 181 beams, or in 360.
 const SAME_VIEW_RAD: f64 = 0.1;
 
+/// Beams that a sensor must have to stand in for another.
+const FEWEST_BEAMS: usize = 4;
+
 /// Networks that have learned already, and what they are fed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Start {
@@ -32,37 +35,44 @@ impl Start {
     /// Where the sensors don't fit: another view, other sectors, or more than one sensor.
     pub fn input_for(&self, fitted: Input, channels: &[Channel]) -> Result<Input> {
         let (own, other) = (self.input.shape(), fitted.shape());
-        if own != other || own.scan.is_none() {
-            return Err(Error::work(format!(
-                "the pre-trained networks work from {}, these sensors give {}; expected the sectors of one range sensor of the \
-                 same kind",
-                self.input.describe(),
-                fitted.describe()
-            )));
-        }
-        let view = |input: &Input, channels: &[Channel]| {
-            let name = input.channel_names().next().map(String::from);
-            channels
-                .iter()
-                .find(|channel| Some(&channel.name) == name.as_ref())
-                .and_then(view_rad)
+        let sensor = |input: &Input, channels: &[Channel]| {
+            let mut names = input.channel_names();
+            let (name, more) = (names.next(), names.next());
+            let named = channels.iter().find(|c| Some(c.name.as_str()) == name);
+            named.filter(|_| more.is_none()).cloned()
         };
-        match (view(&self.input, &self.channels), view(&fitted, channels)) {
-            (Some(own), Some(other)) if (own - other).abs() < SAME_VIEW_RAD => {
-                Ok(fitted.with_constants_of(&self.input))
-            }
-            (own, other) => {
-                let degrees = |view: Option<f64>| match view {
-                    Some(rad) => format!("{:.0}°", rad.to_degrees()),
-                    None => "an unknown angle".to_string(),
-                };
-                Err(Error::work(format!(
-                    "the pre-trained networks see {}, this sensor {}; expected the same from the first beam to the last",
-                    degrees(own),
-                    degrees(other)
-                )))
-            }
+        let (sees, looks) = (
+            sensor(&self.input, &self.channels),
+            sensor(&fitted, channels),
+        );
+        let views = [&sees, &looks].map(|sensor| sensor.as_ref().and_then(view_rad));
+        if let [Some(sees), Some(looks)] = views
+            && own == other
+            && own.scan.is_some()
+            && (sees - looks).abs() < SAME_VIEW_RAD
+        {
+            return Ok(fitted.with_constants_of(&self.input));
         }
+        // A sensor of fewer beams, or one whose view is blocked in part.
+        if let ([Some(sees), Some(narrower)], Some(looks)) = (views, &looks)
+            && looks.width >= FEWEST_BEAMS
+            && narrower.abs() < sees.abs() + SAME_VIEW_RAD
+            && let Some(input) = self.input.looked_into_by(&self.channels, looks)
+        {
+            return Ok(input);
+        }
+        let degrees = |view: Option<f64>| match view {
+            Some(rad) => format!("over {:.0}°", rad.abs().to_degrees()),
+            None => "in unknown directions".to_string(),
+        };
+        Err(Error::work(format!(
+            "the pre-trained networks work from {} {}, these sensors give {} {}; expected one range sensor of at least \
+             {FEWEST_BEAMS} beams that looks into most of that view and no farther round",
+            self.input.describe(),
+            degrees(views[0]),
+            fitted.describe(),
+            degrees(views[1]),
+        )))
     }
 
     /// The weights that a recipe begins with: all of them, or where it has another number of features those that are shared,

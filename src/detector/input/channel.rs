@@ -3,6 +3,7 @@
 use super::{
     ScanShape,
     config::{InputConfig, SectorValue},
+    sectors::beams_of_sectors,
 };
 use crate::{
     error::{Error, Result},
@@ -33,6 +34,9 @@ enum Kind {
         sector_values: Vec<SectorValue>,
         #[serde(default)]
         ring: bool,
+        /// Beams of each sector, where these are sectors of another sensor; none: neighbouring beams, evenly dealt.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        sector_beams: Option<Vec<Vec<usize>>>,
     },
     /// Anything else: taken as it is; a missing value counts as the mean.
     Values,
@@ -63,6 +67,7 @@ impl ChannelInput {
                 sectors,
                 sector_values,
                 ring: channel.bearing_rad.as_deref().is_some_and(is_ring),
+                sector_beams: None,
             }
         } else {
             Kind::Values
@@ -72,6 +77,79 @@ impl ChannelInput {
             width: channel.width,
             unit: channel.unit.clone(),
             kind,
+        }
+    }
+
+    /// These sectors and their statistics for another sensor's beams, by the bearings of both; `None` where a bearing is not known, or
+    /// where that sensor looks into less than half of the sectors.
+    pub(super) fn looked_into_by(&self, own: &Channel, other: &Channel) -> Option<Self> {
+        let (own_rad, other_rad) = (own.bearing_rad.as_ref()?, other.bearing_rad.as_ref()?);
+        let mut looked_into = self.clone();
+        looked_into.name.clone_from(&other.name);
+        looked_into.width = other.width;
+        let Kind::Ranges {
+            sectors,
+            sector_beams,
+            ..
+        } = &mut looked_into.kind
+        else {
+            return None;
+        };
+        let beams = beams_of_sectors(own_rad, *sectors, other_rad);
+        let filled = beams.iter().filter(|beams| !beams.is_empty()).count();
+        *sector_beams = Some(beams);
+        (other.unit == self.unit && 2 * filled >= *sectors).then_some(looked_into)
+    }
+
+    /// The same sectors where only some beams of the sensor are there.
+    pub(super) fn of_beams(&self, own: &Channel, kept: &[usize]) -> Option<Self> {
+        let bearing_rad = own.bearing_rad.as_ref()?;
+        let thinned = Channel {
+            width: kept.len(),
+            bearing_rad: Some(kept.iter().map(|&beam| bearing_rad[beam]).collect()),
+            ..own.clone()
+        };
+        let mut of_beams = self.looked_into_by(own, &thinned)?;
+        of_beams.width = self.width;
+        if let Kind::Ranges {
+            sector_beams: Some(beams),
+            ..
+        } = &mut of_beams.kind
+        {
+            beams
+                .iter_mut()
+                .flatten()
+                .for_each(|beam| *beam = kept[*beam]);
+        }
+        Some(of_beams)
+    }
+
+    /// What of its inputs are, with mean and deviation taken off, if whatever is farther than `reach_m` has no return. That is known of
+    /// pooled values: no return is the longest range, and order is kept.
+    pub(super) fn within_reach(
+        &self,
+        reach_m: f32,
+        (mean, deviation): (&[f32], &[f32]),
+        inputs: &mut [f32],
+    ) {
+        let Kind::Ranges {
+            clip,
+            far_clip,
+            sectors,
+            sector_values,
+            ..
+        } = &self.kind
+        else {
+            return;
+        };
+        for (k, value) in inputs.iter_mut().enumerate() {
+            let (limit, none) = match sector_values[k / sectors].is_log() {
+                true => (reach_m.ln_1p(), far_clip.ln_1p()),
+                false => (reach_m, *clip),
+            };
+            if *value * deviation[k] + mean[k] > limit {
+                *value = (none - mean[k]) / deviation[k];
+            }
         }
     }
 
@@ -102,12 +180,22 @@ impl ChannelInput {
                     sectors,
                     sector_values,
                     ring: _,
+                    sector_beams,
                 } => {
+                    let is_filled = match sector_beams {
+                        None => (1..=self.width).contains(sectors),
+                        Some(beams) => {
+                            let all = || beams.iter().flatten();
+                            beams.len() == *sectors
+                                && all().next().is_some()
+                                && all().all(|&beam| beam < self.width)
+                        }
+                    };
                     clip.is_finite()
                         && *clip > 0.0
                         && far_clip.is_finite()
                         && far_clip >= clip
-                        && (1..=self.width).contains(sectors)
+                        && is_filled
                         && !sector_values.is_empty()
                 }
                 Kind::Values => true,
@@ -149,6 +237,7 @@ impl ChannelInput {
             sectors,
             sector_values,
             ring: _,
+            sector_beams,
         } = &self.kind
         else {
             out.extend_from_slice(raw);
@@ -166,18 +255,24 @@ impl ChannelInput {
             .collect();
         let mut sorted: Vec<Vec<f32>> = Vec::with_capacity(*sectors);
         for sector in 0..*sectors {
-            let mut beams =
-                clipped[sector * raw.len() / sectors..(sector + 1) * raw.len() / sectors].to_vec();
+            let mut beams: Vec<f32> = match sector_beams {
+                Some(beams) => beams[sector].iter().map(|&beam| clipped[beam]).collect(),
+                None => {
+                    let dealt = sector * raw.len() / sectors..(sector + 1) * raw.len() / sectors;
+                    clipped[dealt].to_vec()
+                }
+            };
             beams.sort_by(f32::total_cmp);
             sorted.push(beams);
         }
         for value in sector_values {
-            out.extend(sorted.iter().map(|beams| match value {
-                SectorValue::Nearest => beams[0].min(*clip),
-                SectorValue::Middle => beams[(beams.len() - 1) / 2].min(*clip),
-                SectorValue::Farthest => beams[beams.len() - 1].min(*clip),
-                SectorValue::MiddleLog => beams[(beams.len() - 1) / 2].ln_1p(),
-                SectorValue::FarthestLog => beams[beams.len() - 1].ln_1p(),
+            out.extend(sorted.iter().map(|beams| match (value, beams.len()) {
+                (_, 0) => f32::NAN, // nothing looks there
+                (SectorValue::Nearest, _) => beams[0].min(*clip),
+                (SectorValue::Middle, n) => beams[(n - 1) / 2].min(*clip),
+                (SectorValue::Farthest, n) => beams[n - 1].min(*clip),
+                (SectorValue::MiddleLog, n) => beams[(n - 1) / 2].ln_1p(),
+                (SectorValue::FarthestLog, n) => beams[n - 1].ln_1p(),
             }));
         }
     }

@@ -8,6 +8,7 @@ fn config() -> PretrainingConfig {
             visits: 1,
             ..GeneratedConfig::default()
         },
+        sensors: VariedSensorConfig::default(),
         at_hand: 2,
         steps_per_building: 4,
         held_out: 2,

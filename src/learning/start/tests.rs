@@ -69,8 +69,40 @@ fn other_sensors_are_refused() {
             .unwrap_err();
         fault.to_string()
     };
-    assert!(refused(&recording(180, 270.0)).contains("see 179°, this sensor 270°"));
-    assert!(refused(&recording(12, 179.0)).contains("laser (12)"));
+    assert!(
+        refused(&recording(180, 270.0))
+            .contains("over 179°, these sensors give laser (180) over 270°")
+    );
+    assert!(refused(&recording(3, 170.0)).contains("laser (3)"));
+    assert!(refused(&recording(40, 60.0)).contains("laser (40) over 60°")); // a third of the sectors
+    let mut unknown = recording(180, 179.0).into_columns();
+    unknown.channels[0].bearing_rad = None;
+    let unknown = Recording::new(unknown).unwrap();
+    assert!(refused(&unknown).contains("in unknown directions"));
+}
+
+#[test]
+fn fewer_beams_stand_in_for_their_sectors() {
+    let (start, other) = (start(), recording(12, 165.0));
+    let own = fitted(&other);
+    assert_ne!(own.shape(), start.input.shape());
+    let input = start.input_for(own, other.channels()).unwrap();
+    assert_eq!(input.shape(), start.input.shape());
+    assert!(input.check().is_ok());
+    let values = input.transform(&other).unwrap();
+    // Beam by beam three sectors, and of one beam all statistics are that beam.
+    let raw = |k: usize| values[(0, k)] * input.deviation[k] + input.mean[k];
+    for sector in 0..36 {
+        let reading = other.values()[(0, sector / 3)];
+        for statistic in 0..3 {
+            assert!((raw(36 * statistic + sector) - reading).abs() < 1e-4);
+        }
+    }
+    // The same from a file.
+    let text = serde_json::to_string(&input).unwrap();
+    let mut read: Input = serde_json::from_str(&text).unwrap();
+    (read.mean, read.deviation) = (input.mean.clone(), input.deviation.clone());
+    assert_eq!(read, input);
 }
 
 #[test]
