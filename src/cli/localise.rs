@@ -166,14 +166,21 @@ pub(super) fn warn_of_other_sensors(models: &[&Model], recording: &Recording) {
     }
 }
 
-/// Plays the trials, with a bar.
+/// Plays the trials of the usual line-up, with a bar.
 pub(super) fn play(models: &[&Model], parts: &Parts, config: &LocaliseConfig) -> Result<Record> {
+    with_bar(|progress| localisation::localise(models, parts, config, progress))
+}
+
+/// Plays trials, with a bar.
+pub(super) fn with_bar(
+    play: impl FnOnce(&mut dyn FnMut(localisation::Progress)) -> Result<Record>,
+) -> Result<Record> {
     // Maps are made, and their evidence tuned, before the first method plays.
     let mut ready = Progress::new("getting ready", 1);
     ready.at(0, "maps, and how much evidence counts");
     let mut ready = Some(ready);
     let mut bar: Option<Progress> = None;
-    let record = localisation::localise(models, parts, config, &mut |at| {
+    let record = play(&mut |at| {
         if let Some(ready) = ready.take() {
             ready.done();
         }
