@@ -46,6 +46,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     storage::check_target(&arguments.output)?;
     let model = Model::read(&arguments.model)?;
     let recording = npz::read(&arguments.dataset)?;
+    let recording = model
+        .seen_in(&recording)
+        .map_err(|e| e.in_file(&arguments.dataset))?;
     let answers = model
         .detector()
         .probabilities(&recording)

@@ -85,15 +85,26 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let models = models.collect::<Result<Vec<Model>>>()?;
     let models: Vec<&Model> = models.iter().collect();
     let model = models[0];
+    if let Some(other) = models.iter().find(|m| m.history_m() != model.history_m()) {
+        return Err(Error::usage(format!(
+            "one model works from the readings of {:?} m back, another from those of {:?}; expected the same of all \
+             (`train` with [train.input] history_m)",
+            model.history_m(),
+            other.history_m()
+        )));
+    }
     // A model that learned in the plane has no use for a route.
-    let as_learned = |recording: Recording| match model.places() {
-        Places::Plane(_) => recording.in_the_plane(),
-        Places::Route(_) => recording,
+    let as_learned = |recording: Recording| {
+        let recording = match model.places() {
+            Places::Plane(_) => recording.in_the_plane(),
+            Places::Route(_) => recording,
+        };
+        Ok::<_, Error>(model.seen_in(&recording)?.into_owned())
     };
-    let recording = as_learned(npz::read(dataset)?);
+    let recording = as_learned(npz::read(dataset)?).map_err(|e| e.in_file(dataset))?;
     let trained_on = match arguments.trained_on.as_slice() {
         [] => None,
-        datasets => Some(as_learned(read_all(datasets)?)),
+        datasets => Some(as_learned(read_all(datasets)?)?),
     };
     let in_dataset = |e: Error| {
         if e.is_usage() { e } else { e.in_file(dataset) }
@@ -130,6 +141,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         print(&format!("{}\n", json(&record, seconds)?))?;
     } else {
         let mut table = tables::table(&record);
+        if let [.., farthest_m] = model.history_m() {
+            table.caption(format!(
+                "all systems work from the readings of the last {farthest_m} m as well ({:?} m back), those before a trial's \
+                 start included",
+                model.history_m()
+            ));
+        }
         table.caption(format!(
             "belief over {} cells, {} evidence, seed {}, {seconds:.1} s",
             record.cells,

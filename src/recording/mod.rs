@@ -2,6 +2,7 @@
 
 pub mod compressed;
 pub mod format;
+pub mod history;
 pub mod image;
 pub mod import;
 pub mod import_report;
