@@ -56,6 +56,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let model = Model::read(&arguments.model)?;
     let dataset = &arguments.dataset;
     let recording = seen_by(&degraded, npz::read(dataset)?, dataset)?;
+    let recording = model.seen_in(&recording).map_err(|e| e.in_file(dataset))?;
     let answers = model
         .detector()
         .probabilities(&recording)

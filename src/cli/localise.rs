@@ -88,17 +88,29 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let models = models.collect::<Result<Vec<Model>>>()?;
     let models: Vec<&Model> = models.iter().collect();
     let model = models[0];
+    if let Some(other) = models.iter().find(|m| m.history_m() != model.history_m()) {
+        return Err(Error::usage(format!(
+            "one model works from the readings of {:?} m back, another from those of {:?}; expected the same of all \
+             (`train` with [train.input] history_m)",
+            model.history_m(),
+            other.history_m()
+        )));
+    }
     // A model that learned in the plane has no use for a route.
-    let as_learned = |recording: Recording| match model.places() {
-        Places::Plane(_) => recording.in_the_plane(),
-        Places::Route(_) => recording,
+    let as_learned = |recording: Recording| {
+        let recording = match model.places() {
+            Places::Plane(_) => recording.in_the_plane(),
+            Places::Route(_) => recording,
+        };
+        Ok::<_, Error>(model.seen_in(&recording)?.into_owned())
     };
-    let recording = as_learned(seen_by(&degraded, npz::read(dataset)?, dataset)?);
+    let recording = seen_by(&degraded, npz::read(dataset)?, dataset)?;
+    let recording = as_learned(recording).map_err(|e| e.in_file(dataset))?;
     let trained_on = match arguments.trained_on.as_slice() {
         [] => None,
         datasets => {
             let trained_on = seen_by(&degraded, read_all(datasets)?, &datasets[0])?;
-            Some(as_learned(trained_on))
+            Some(as_learned(trained_on)?)
         }
     };
     let in_dataset = |e: Error| {
@@ -139,6 +151,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         let mut table = tables::table(&record);
         if let Some(degraded) = &record.degraded {
             table.caption(format!("sensor degraded: {degraded}"));
+        }
+        if let [.., farthest_m] = model.history_m() {
+            table.caption(format!(
+                "all systems work from the readings of the last {farthest_m} m as well ({:?} m back), those before a trial's \
+                 start included",
+                model.history_m()
+            ));
         }
         table.caption(format!(
             "belief over {} cells, {} evidence, seed {}, {seconds:.1} s",

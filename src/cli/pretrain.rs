@@ -46,7 +46,6 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let mut recipe = experiment.train;
     if arguments.config.is_none() {
         recipe.features = FEATURES;
-        recipe.priors.stated = 0.2; // for every uncertainty alike
     }
     recipe.features = arguments.features.unwrap_or(recipe.features);
     recipe.seed = arguments.seed.unwrap_or(recipe.seed);

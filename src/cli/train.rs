@@ -308,6 +308,12 @@ fn table(learned: &Learned, seconds: Option<f64>) -> Table {
             "began with networks pre-trained on other buildings: {name} (--from none: with random ones)"
         ));
     }
+    if let [.., _] = learned.model.history_m() {
+        table.caption(format!(
+            "inputs: readings of now and of {:?} m back ([train.input] history_m)",
+            learned.model.history_m()
+        ));
+    }
     table.caption("validation: unseen snapshots at places seen in training; the map from training snapshots only");
     if let Some(scale) = learned.model.header.evidence_scale {
         table.caption(format!(

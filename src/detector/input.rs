@@ -91,12 +91,25 @@ impl Input {
         };
         let all = input.arrange(recording.channels(), recording.values().view())?;
         let raw = all.select(Axis(0), snapshots);
+        let mut from = 0;
+        for channel in &mut input.channels {
+            let to = from + channel.width;
+            channel.tell_missing(raw.slice_axis(Axis(1), (from..to).into()));
+            from = to;
+        }
         let pooled = input.pool(raw.view());
         for column in pooled.columns() {
             let (mean, deviation) = mean_and_deviation(column);
             input.mean.push(mean);
             let varies = deviation > SMALLEST_VARIATION * mean.abs();
             input.deviation.push(if varies { deviation } else { 1.0 });
+        }
+        let mut from = 0;
+        for channel in &input.channels {
+            // Whether a value is missing counts for as much as one deviation of any, however seldom it is.
+            let to = from + channel.inputs();
+            input.deviation[to - channel.told_missing()..to].fill(1.0);
+            from = to;
         }
         Ok(input)
     }

@@ -84,7 +84,8 @@ pub fn tuned_scale(model: &Model, recording: &Recording) -> Result<Option<f64>> 
     if model.header.scores.validation.is_none() {
         return Ok(None);
     }
-    let parts = Parts::new(model, recording, None)?;
+    let recording = model.seen_in(recording)?;
+    let parts = Parts::new(model, &recording, None)?;
     let (models, config) = ([model], LocaliseConfig::default());
     let context = MethodContext::new(&models, &parts, &config)?;
     if validation_sequences(&context)?.is_empty() {

@@ -150,7 +150,7 @@ pub(super) fn draw_uncertainty(recipe: &Recipe, random: &mut Stream) -> Uncertai
         Uncertainty::Window { half_turn_rad, .. } => half_turn_rad,
         Uncertainty::Global => Some(DEFAULT_HALF_TURN_RAD),
     };
-    if random.random_range(0.0..1.0) < mix.stated {
+    if random.random_range(0.0..1.0) < recipe.stated_share() {
         return recipe.uncertainty;
     }
     if random.random_range(0.0..1.0) < mix.global {

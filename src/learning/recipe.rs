@@ -192,8 +192,10 @@ fn is_zero(share: &f64) -> bool {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PriorMix {
-    /// Share of the truths that have the stated uncertainty.
-    pub stated: f64,
+    /// Share of the truths that have the stated uncertainty. Not said: all of them where features are few (8 at most), else a fifth:
+    /// many can serve every uncertainty, and learn more from all than from one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stated: Option<f64>,
     /// Share of the others that may be anywhere.
     pub global: f64,
     /// What is left has a window of a half-width drawn log-uniformly from here …
@@ -247,10 +249,26 @@ impl std::str::FromStr for NamedRecipe {
     }
 }
 
+/// Features that serve one uncertainty alone, at most.
+const FEW_FEATURES: usize = 8;
+/// Share of the stated uncertainty where features are more.
+const STATED_OF_MANY: f64 = 0.2;
+
+impl Recipe {
+    /// Share of a step's truths that have the stated uncertainty.
+    pub fn stated_share(&self) -> f64 {
+        let usual = match (self.features, self.descent.objective) {
+            (..=FEW_FEATURES, _) | (_, ObjectiveKind::Exact) => 1.0,
+            _ => STATED_OF_MANY,
+        };
+        self.priors.stated.unwrap_or(usual)
+    }
+}
+
 impl Default for PriorMix {
     fn default() -> Self {
         Self {
-            stated: 1.0,
+            stated: None,
             global: 0.4,
             narrowest_m: 1.0,
             widest_m: 12.0,

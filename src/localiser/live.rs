@@ -6,10 +6,11 @@ use crate::{
     error::{Error, Result},
     geometry::{Displacement, Pose},
     model::Model,
-    recording::Observation,
+    recording::{Observation, history::Past},
     seed::{Seed, Stream},
 };
 use nalgebra::Matrix3;
+use ndarray::ArrayView1;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -84,6 +85,8 @@ pub struct LiveLocaliser {
     scale: Option<EvidenceScale>,
     stream: Stream,
     odometry: Option<Pose>,
+    /// What was sensed in the last metres, where the model works from it.
+    past: Option<Past>,
     no_idea: Belief,
     /// Evidence for the belief since it was last refuted or in doubt, nats: 0 or below.
     evidence: f64,
@@ -120,6 +123,7 @@ impl LiveLocaliser {
         let motion = config.motion.as_ref().unwrap_or(&model.header.motion);
         let stream = Seed(config.seed).stream("sampled features");
         let mut robot = Self::from_parts(&grid, motion.clone(), sensor, stream)?;
+        robot.past = model.past();
         robot.scale = match config.evidence_scale.or(model.header.evidence_scale) {
             Some(scale) if !(scale.is_finite() && scale > 0.0) => {
                 return Err(Error::usage(format!(
@@ -148,6 +152,7 @@ impl LiveLocaliser {
             scale: None,
             stream,
             odometry: None,
+            past: None,
             no_idea,
             evidence: 0.0,
         })
@@ -173,7 +178,7 @@ impl LiveLocaliser {
         self.restart(belief)
     }
 
-    /// Begins anew with any belief over the cells of the grid, and forgets odometry and evidence.
+    /// Begins anew with any belief over the cells of the grid, and forgets odometry, evidence and what was sensed before.
     ///
     /// # Errors
     /// Where the belief is about other places.
@@ -181,6 +186,9 @@ impl LiveLocaliser {
         self.filter.restart(belief)?;
         self.odometry = None;
         self.evidence = 0.0;
+        if let Some(past) = &mut self.past {
+            past.forget();
+        }
         Ok(())
     }
 
@@ -219,12 +227,29 @@ impl LiveLocaliser {
     /// raw kernel the constant is the distance to the most similar scan. Where the evidence is scaled, all of this is of the
     /// scaled likelihood, whose best is 1.
     ///
-    /// Odometry is not looked at: that is [`LiveLocaliser::predict`]'s part.
+    /// Odometry is not looked at: that is [`LiveLocaliser::predict`]'s part. A model that works from the readings of the last metres
+    /// ([`Model::history_m`]) finds by the observations' odometry where they were taken, so it must be there.
     ///
     /// # Errors
     /// Where the observation lacks a sensor or has another number of values (the message says which), or is held impossible
     /// wherever the belief has mass: the belief stays as it was.
     pub fn correct(&mut self, observation: &Observation) -> Result<f64> {
+        let Some(past) = &mut self.past else {
+            return self.correct_by(observation);
+        };
+        observation.check()?; // what is refused must not be remembered
+        let (channels, values) = past.observed(observation);
+        self.correct_by(&Observation {
+            channels: &channels,
+            values: ArrayView1::from(&values),
+            stamp_s: observation.stamp_s,
+            odometry: observation.odometry,
+            compass_rad: observation.compass_rad,
+        })
+    }
+
+    /// The same of an observation as the sensor model takes it.
+    fn correct_by(&mut self, observation: &Observation) -> Result<f64> {
         let belief = self.filter.belief();
         let mut log_likelihood =
             self.sensor

@@ -56,7 +56,7 @@ pub struct OccupancyHeader {
 }
 
 /// How the training of a model went.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TrainingRecord {
     /// Which training it was: SHA-256 of the crate's version, the recording's content and the whole recipe.
@@ -76,6 +76,10 @@ pub struct TrainingRecord {
     /// schedule: an unbroken training of these steps would have ended in other bits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extended_at: Option<usize>,
+    /// The share of the validation error that was taken away by what was learned, where random features, which are the model's, took
+    /// away more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub random_better_than: Option<f64>,
 }
 
 /// Expected errors of a model on the parts of the recording it was trained on.

@@ -147,11 +147,18 @@ fn without_later_keys(meta: &mut Value) {
     for (place, key, none) in [
         ("/recipe", "begin_with", json!("random")),
         ("/recipe/network", "convolutions", json!([])),
+        ("/recipe/network", "dense", json!([])),
         ("/recipe/descent", "cross_entropy", json!(0.0)),
         ("/recipe/map", "filled_from", json!("visits")),
     ] {
         if let Some(table) = meta.pointer_mut(place).and_then(Value::as_object_mut) {
             table.entry(key).or_insert(none);
+        }
+    }
+    let channels = meta.pointer_mut("/input/channels");
+    for channel in channels.and_then(Value::as_array_mut).into_iter().flatten() {
+        if channel.get("kind") == Some(&json!("values")) {
+            channel["kind"] = json!({ "values": {} });
         }
     }
 }

@@ -20,12 +20,14 @@
 //! The JSON (metadata key `ballmark`, array `meta` in `.npz`) holds [`Header`].
 
 mod arrays;
+mod fallback;
 mod file;
 mod header;
 mod layout;
 mod note;
 pub mod npz;
 mod pretrained;
+mod remembered;
 pub mod safetensors;
 pub mod seen;
 mod shipped;

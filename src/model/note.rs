@@ -4,7 +4,7 @@ use crate::learning::trainer::NOTHING_LEARNED;
 use std::fmt;
 
 /// Something about a training that its scores do not show. As text it is one line for a person.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Note {
     /// No validation snapshot lies at a place seen in training: nothing stopped the training or chose among its weights.
@@ -13,6 +13,8 @@ pub enum Note {
     FewValidationSnapshots(usize),
     /// Error reduction on the validation part is next to nothing.
     NothingLearned,
+    /// Random features took away more of the validation error than what was learned, whose share this is: they are the model's.
+    RandomBetter(f64),
     /// The training went on from this step of one with another number of steps, and so under another schedule.
     ExtendedAt(usize),
 }
@@ -35,6 +37,12 @@ impl fmt::Display for Note {
                 "less than {:.0} % of the validation error is taken away: what was learned does not hold on snapshots \
                  that training did not see",
                 100.0 * NOTHING_LEARNED
+            ),
+            Self::RandomBetter(learned) => write!(
+                f,
+                "what was learned takes away {:.1} % of the validation error, less than as many random features: the model has \
+                 these, sides of random planes through the inputs; more passes of the same places may give something to learn",
+                100.0 * learned
             ),
             Self::ExtendedAt(step) => write!(
                 f,

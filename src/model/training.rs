@@ -1,13 +1,18 @@
 //! The front door to learning: a recording and a recipe in, a model and a report out.
 
 use super::{
+    fallback::better_random,
     header::{Header, OccupancyHeader, Scores, TrainingRecord},
     note::Note,
+    remembered::{histories, remembering},
     trained_model::Model,
 };
 use crate::{
     belief::OdometryMotion,
-    detector::device::{self, Device},
+    detector::{
+        device::{self, Device},
+        net::NetConfig,
+    },
     error::{Error, Result},
     learning::{
         ErrorReduction, Recipe,
@@ -133,11 +138,11 @@ impl<'a> Training<'a> {
     }
 
     /// What it begins with: the model that was named, or one that comes with the program, or nothing.
-    fn start(&self) -> Result<Option<(String, Start)>> {
-        if self.start.is_some() || self.recipe.begin_with == BeginWith::Random {
+    fn start_for(&self, recipe: &Recipe, recording: &Recording) -> Result<Option<(String, Start)>> {
+        if self.start.is_some() || recipe.begin_with == BeginWith::Random {
             return Ok(self.start.clone());
         }
-        let shipped = Model::shipped_for(self.recipe, self.recording)?;
+        let shipped = Model::shipped_for(recipe, recording)?;
         Ok(shipped.map(|(name, model)| (name, model.as_start())))
     }
 
@@ -171,9 +176,55 @@ impl<'a> Training<'a> {
     /// Where the recipe makes no sense, the recording is not enough to learn from, a checkpoint is damaged, of another
     /// training or can't be written, and where the callback cancels ([`Error::is_cancelled`]).
     pub fn run(mut self) -> Result<Learned> {
-        let (recipe, recording) = (self.recipe, self.recording);
-        recipe.check()?;
-        let start = self.start()?;
+        self.recipe.check()?;
+        let histories = histories(self.recipe, self.recording)?;
+        let (all, own_steps) = (histories.len(), self.most_steps());
+        let mut best: Option<Learned> = None;
+        let mut on_progress =
+            std::mem::replace(&mut self.on_progress, Box::new(|_| Directive::Continue));
+        for (number, back_m) in histories.into_iter().enumerate() {
+            let (recipe, recording) = remembering(self.recipe, self.recording, &back_m)?;
+            let mut counted_on = |p: Progress| {
+                on_progress(Progress {
+                    step: number * own_steps + p.step,
+                    most_steps: all * own_steps,
+                    ..p
+                })
+            };
+            let learned = self.run_once(&recipe, &recording, number, &mut counted_on)?;
+            let stops = learned.report.stopped_by == StoppedBy::Callback;
+            let validation = |learned: &Learned| {
+                let score = learned.report.scores.validation;
+                score.map(|score| score.error_reduction)
+            };
+            // Where nothing can be validated, inputs stay as they are.
+            if best
+                .as_ref()
+                .is_none_or(|best| validation(&learned) > validation(best))
+            {
+                best = Some(learned);
+            }
+            if stops {
+                break;
+            }
+        }
+        best.ok_or_else(|| Error::work("a training without inputs to try"))
+    }
+
+    /// Most steps of one training, all its restarts together.
+    fn most_steps(&self) -> usize {
+        self.recipe.descent.steps * self.recipe.descent.restarts
+    }
+
+    /// Learns from a recording as it is; the checkpoint is that of the training of this number.
+    fn run_once(
+        &self,
+        recipe: &Recipe,
+        recording: &Recording,
+        number: usize,
+        on_progress: &mut dyn FnMut(Progress) -> Directive,
+    ) -> Result<Learned> {
+        let start = self.start_for(recipe, recording)?;
         if recipe.descent.steps == 0 && start.is_none() {
             return Err(Error::usage(
                 "descent.steps = 0: expected at least 1 where networks begin with random weights",
@@ -193,27 +244,42 @@ impl<'a> Training<'a> {
             self.given,
             start.as_ref().map(|(_, start)| start),
         )?;
-        let checkpoints = self.checkpoint.as_ref().map(|(path, resume)| Checkpoints {
+        let path = self.checkpoint.as_ref();
+        let path = path.map(|(path, resume)| (checkpoint_of(path, number), resume));
+        let checkpoints = path.as_ref().map(|(path, resume)| Checkpoints {
             path,
             identity: &identity,
-            resume: *resume == Resume::IfSame,
+            resume: **resume == Resume::IfSame,
         });
         let trained = trainer::train(
             recipe,
             &training_set,
             &self.device,
             checkpoints.as_ref(),
-            &mut self.on_progress,
+            on_progress,
         )?;
+        let fallback = better_random(recipe, &training_set, &trained)?;
+        let (trained, better_than) = match fallback {
+            Some((random, learned)) => (random, Some(learned)),
+            None => (trained, None),
+        };
         let resumed_at = trained.resumed_at;
         let began_with = start.map(|(name, _)| name);
-        let model = model(
+        let mut model = model(
             recipe,
             recording,
             &training_set,
             (&identity, began_with),
             trained,
         );
+        // A robot has its sensors; what it remembers it makes of them.
+        model.header.channels = self.recording.channels().to_vec();
+        if better_than.is_some() {
+            model.header.recipe.network = NetConfig::single_layer(); // the shape of what is in the file
+        }
+        if let Some(record) = &mut model.header.training {
+            record.random_better_than = better_than;
+        }
         let report = TrainingReport::of(&model, resumed_at)
             .ok_or_else(|| Error::work("a model without a record of its training"))?;
         Ok(Learned { model, report })
@@ -231,11 +297,19 @@ impl<'a> Training<'a> {
         let Some(record) = &model.header.training else {
             return Ok(None); // written before models recorded their training
         };
+        // The inputs that it chose, if it is of this training.
+        let back_m = match self.recipe.input.history_m {
+            Some(_) => self.recipe.input.history_m.clone().unwrap_or_default(),
+            None => model.history_m().to_vec(),
+        };
+        let (recipe, recording) = remembering(self.recipe, self.recording, &back_m)?;
         let identity = TrainingIdentity::new(
-            self.recipe,
-            self.recording,
+            &recipe,
+            &recording,
             self.given,
-            self.start()?.as_ref().map(|(_, start)| start),
+            self.start_for(&recipe, &recording)?
+                .as_ref()
+                .map(|(_, start)| start),
         )?;
         if record.identity == identity.whole {
             let report = TrainingReport::of(&model, None);
@@ -260,8 +334,23 @@ impl<'a> Training<'a> {
     /// # Errors
     /// Where one is there and can't be removed.
     pub fn remove_checkpoints(recipe: &Recipe, path: &Path) -> Result<()> {
-        trainer::remove_checkpoints(path, recipe.descent.restarts)
+        let mut numbers = 0..MOST_TRIED;
+        numbers.try_for_each(|number| {
+            trainer::remove_checkpoints(&checkpoint_of(path, number), recipe.descent.restarts)
+        })
     }
+}
+
+/// Trainings on different inputs, at most: with and without the readings of the last metres.
+const MOST_TRIED: usize = 2;
+
+/// The checkpoint of the training of this number: at `path` itself for the first.
+fn checkpoint_of(path: &Path, number: usize) -> PathBuf {
+    let mut name = path.as_os_str().to_os_string();
+    if number > 0 {
+        name.push(".history");
+    }
+    name.into()
 }
 
 /// Puts together what training gave.
@@ -304,6 +393,7 @@ fn model(
                 began_with,
                 stopped_by: trained.stopped_by,
                 extended_at: trained.extended_at,
+                random_better_than: None,
             }),
         },
         weights: trained.weights,
@@ -337,6 +427,7 @@ impl TrainingReport {
                 }
             }
         }
+        notes.extend(record.random_better_than.map(Note::RandomBetter));
         notes.extend(record.extended_at.map(Note::ExtendedAt));
         Some(Self {
             scores,

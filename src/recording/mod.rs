@@ -3,6 +3,7 @@
 pub mod compressed;
 pub mod degraded;
 pub mod format;
+pub mod history;
 pub mod image;
 pub mod import;
 pub mod import_report;

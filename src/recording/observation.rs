@@ -45,20 +45,28 @@ impl<'a> Observation<'a> {
         stamp_s: f64,
         odometry: Pose,
     ) -> Result<Self> {
-        let values = ArrayView1::from(values);
-        check_width(channels, values.len()).map_err(|e| e.context("observation"))?;
+        let observation = Self {
+            channels,
+            stamp_s,
+            values: ArrayView1::from(values),
+            odometry,
+            compass_rad: None,
+        };
+        observation.check()?;
+        Ok(observation)
+    }
+
+    /// # Errors
+    /// As [`Observation::new`].
+    pub(crate) fn check(&self) -> Result<()> {
+        check_width(self.channels, self.values.len()).map_err(|e| e.context("observation"))?;
+        let (stamp_s, odometry) = (self.stamp_s, self.odometry);
         if !(stamp_s.is_finite() && odometry.is_finite()) {
             return Err(Error::work(format!(
                 "observation: stamp {stamp_s} s, odometry {odometry:?}; expected finite numbers"
             )));
         }
-        Ok(Self {
-            channels,
-            stamp_s,
-            values,
-            odometry,
-            compass_rad: None,
-        })
+        Ok(())
     }
 
     /// The way from here to `next`, of the same run, as odometry has it but with north from the compass: metres along x and y

@@ -10,8 +10,9 @@ use crate::{
     geometry::wrapped,
     recording::Channel,
 };
+use ndarray::ArrayView2;
 use serde::{Deserialize, Serialize};
-use std::{f64::consts::TAU, ops::Range};
+use std::{collections::BTreeSet, f64::consts::TAU, ops::Range};
 
 /// What becomes of one channel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,8 +39,12 @@ enum Kind {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         sector_beams: Option<Vec<Vec<usize>>>,
     },
-    /// Anything else: taken as it is; a missing value counts as the mean.
-    Values,
+    /// Anything else: taken as it is. A missing value counts as the mean; of those that were missing in training, whether they are
+    /// is an input too.
+    Values {
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        may_miss: Vec<usize>,
+    },
 }
 
 /// Models that were written before it was a key have no statistic that asks for it.
@@ -49,7 +54,9 @@ fn former_far_clip() -> f32 {
 
 impl ChannelInput {
     pub(super) fn new(config: &InputConfig, channel: &Channel) -> Self {
-        let kind = if channel.unit == "m" {
+        // Distances in unknown directions are a scan if they are many, else ranges to single things, which may be far.
+        let is_scan = channel.bearing_rad.is_some() || channel.width > config.sectors;
+        let kind = if channel.unit == "m" && is_scan {
             let within = |clip_m: f64| {
                 channel
                     .maximum
@@ -70,13 +77,39 @@ impl ChannelInput {
                 sector_beams: None,
             }
         } else {
-            Kind::Values
+            Kind::Values {
+                may_miss: Vec::new(),
+            }
         };
         Self {
             name: channel.name.clone(),
             width: channel.width,
             unit: channel.unit.clone(),
             kind,
+        }
+    }
+
+    /// Has the values that some of these snapshots lack, `[snapshot, value]`, told as inputs of their own; of those that are always
+    /// missing together, the first.
+    pub(super) fn tell_missing(&mut self, raw: ArrayView2<f32>) {
+        let Kind::Values { may_miss } = &mut self.kind else {
+            return;
+        };
+        may_miss.clear();
+        let mut known: BTreeSet<Vec<bool>> = BTreeSet::new();
+        for (value, column) in raw.columns().into_iter().enumerate() {
+            let lacks: Vec<bool> = column.iter().map(|value| value.is_nan()).collect();
+            if lacks.contains(&true) && known.insert(lacks) {
+                may_miss.push(value);
+            }
+        }
+    }
+
+    /// How many of the inputs, the last ones, say whether a value is missing.
+    pub(super) fn told_missing(&self) -> usize {
+        match &self.kind {
+            Kind::Values { may_miss } => may_miss.len(),
+            Kind::Ranges { .. } => 0,
         }
     }
 
@@ -198,7 +231,7 @@ impl ChannelInput {
                         && is_filled
                         && !sector_values.is_empty()
                 }
-                Kind::Values => true,
+                Kind::Values { may_miss } => may_miss.iter().all(|&value| value < self.width),
             }
     }
 
@@ -215,7 +248,7 @@ impl ChannelInput {
                 sectors: *sectors,
                 ring: *ring,
             }),
-            Kind::Values => None,
+            Kind::Values { .. } => None,
         }
     }
 
@@ -226,22 +259,26 @@ impl ChannelInput {
                 sector_values,
                 ..
             } => sectors * sector_values.len(),
-            Kind::Values => self.width,
+            Kind::Values { may_miss } => self.width + may_miss.len(),
         }
     }
 
     pub(super) fn pool(&self, raw: &[f32], out: &mut Vec<f32>) {
-        let Kind::Ranges {
-            clip,
-            far_clip,
-            sectors,
-            sector_values,
-            ring: _,
-            sector_beams,
-        } = &self.kind
-        else {
-            out.extend_from_slice(raw);
-            return;
+        let (clip, far_clip, sectors, sector_values, sector_beams) = match &self.kind {
+            Kind::Ranges {
+                clip,
+                far_clip,
+                sectors,
+                sector_values,
+                ring: _,
+                sector_beams,
+            } => (clip, far_clip, sectors, sector_values, sector_beams),
+            Kind::Values { may_miss } => {
+                out.extend_from_slice(raw);
+                let is_there = |&value: &usize| f32::from(u8::from(!raw[value].is_nan()));
+                out.extend(may_miss.iter().map(is_there));
+                return;
+            }
         };
         let clipped: Vec<f32> = raw
             .iter()

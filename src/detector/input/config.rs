@@ -1,6 +1,9 @@
 //! How raw channel values become inputs, as data.
 
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    recording::history::check_back_m,
+};
 use serde::{Deserialize, Serialize};
 
 /// How raw channel values become inputs.
@@ -9,7 +12,8 @@ use serde::{Deserialize, Serialize};
 pub struct InputConfig {
     /// Channels to use, by name; none named: all of the recording.
     pub channels: Vec<String>,
-    /// Ranges beyond this count as this, in metres; so does "no return".
+    /// Ranges of a scan beyond this count as this, in metres; so does "no return". A few distances whose directions nobody knows, as
+    /// to beacons, are no scan: they are taken as they are.
     pub clip_m: f64,
     /// The same of the statistics that are logarithms.
     pub far_clip_m: f64,
@@ -17,6 +21,11 @@ pub struct InputConfig {
     pub sectors: usize,
     /// What is kept of the beams of a sector.
     pub sector_values: Vec<SectorValue>,
+    /// Readings of so many metres back, by odometry, are inputs as well, with where they were taken; `[]`: of now alone. Not said:
+    /// where no scan can be moved or rendered, `[]` or a choice by how closely snapshots lie, whichever does better on the
+    /// validation part; elsewhere `[]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history_m: Option<Vec<f64>>,
 }
 
 /// A statistic of the ranges in a sector.
@@ -55,6 +64,7 @@ impl Default for InputConfig {
                 SectorValue::Middle,
                 SectorValue::Farthest,
             ],
+            history_m: None,
         }
     }
 }
@@ -93,6 +103,9 @@ impl InputConfig {
                 "input.far_clip_m = {}: expected metres, no less than input.clip_m",
                 self.far_clip_m
             )));
+        }
+        if let Some(back_m) = &self.history_m {
+            check_back_m("input.history_m", back_m)?;
         }
         if self.sectors == 0 || self.sector_values.is_empty() {
             return Err(Error::usage(

@@ -14,7 +14,9 @@ pub struct NetConfig {
     /// Convolutions over the sectors of a scan, before all other layers. They need inputs that are the sectors of one range
     /// sensor; of any other inputs they are left out.
     pub convolutions: Vec<ConvolutionConfig>,
-    /// Units of every layer that all networks share; none: each network sees the inputs themselves.
+    /// Units of the layers that stand in the place of convolutions before inputs that are no scan.
+    pub dense: Vec<usize>,
+    /// Units of every layer that all networks share, behind those; none: each network sees the inputs themselves.
     pub trunk: Vec<usize>,
     /// Units of every hidden layer of every network; none: a single sigmoid unit a feature.
     pub hidden: Vec<usize>,
@@ -69,6 +71,7 @@ impl Default for NetConfig {
         };
         Self {
             convolutions: vec![layer(32, 5, 1), layer(48, 5, 2), layer(64, 3, 2)],
+            dense: vec![128],
             trunk: vec![64],
             hidden: Vec::new(),
             activation: Activation::Relu,
@@ -87,6 +90,7 @@ impl NetConfig {
     pub fn thrun1998() -> Self {
         Self {
             convolutions: Vec::new(),
+            dense: Vec::new(),
             trunk: Vec::new(),
             hidden: vec![6],
             activation: Activation::Sigmoid,
@@ -94,11 +98,24 @@ impl NetConfig {
         }
     }
 
+    /// A single sigmoid unit a feature, on the inputs themselves.
+    pub fn single_layer() -> Self {
+        Self {
+            hidden: Vec::new(),
+            activation: Self::default().activation,
+            ..Self::thrun1998()
+        }
+    }
+
     /// # Errors
     /// Where a layer has no units or too many, or there are too many layers.
     pub fn check(&self) -> Result<()> {
         let units = |&units: &usize| (1..=MAX_UNITS).contains(&units);
-        for (key, layers) in [("trunk", &self.trunk), ("hidden", &self.hidden)] {
+        for (key, layers) in [
+            ("dense", &self.dense),
+            ("trunk", &self.trunk),
+            ("hidden", &self.hidden),
+        ] {
             if let Some(wrong) = layers.iter().find(|&n| !units(n)) {
                 return Err(Error::usage(format!(
                     "network.{key}: a layer of {wrong} units; expected 1 to {MAX_UNITS}"
@@ -156,9 +173,17 @@ impl NetConfig {
         self.convolutions.iter().map(layer).collect()
     }
 
-    /// How many layers all networks share, of inputs of this shape: convolutions and trunk.
+    /// How many layers all networks share, of inputs of this shape: convolutions, or dense layers, and trunk.
     pub fn shared_layers(&self, inputs: InputShape) -> usize {
-        self.convolutions(inputs).len() + self.trunk.len()
+        self.convolutions(inputs).len() + self.dense(inputs).len() + self.trunk.len()
+    }
+
+    /// Units of the dense layers that inputs of this shape get.
+    fn dense(&self, inputs: InputShape) -> &[usize] {
+        match inputs.scan {
+            Some(_) => &[],
+            None => &self.dense,
+        }
     }
 
     /// Shapes of all layers, `[networks, inputs, outputs]`: those that are shared, with one network, come first. A layer of
@@ -170,7 +195,8 @@ impl NetConfig {
             shapes.push([1, layer.width * layer.inputs, layer.outputs]);
             width = layer.positions_out() * layer.outputs;
         }
-        let shared = self.trunk.iter().map(|&units| (1, units));
+        let shared = self.dense(inputs).iter().chain(&self.trunk);
+        let shared = shared.map(|&units| (1, units));
         let own = self
             .hidden
             .iter()

@@ -78,6 +78,10 @@ fn train(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Vec<Note>> {
     let split;
+    // All systems of a comparison have the same inputs.
+    let mut recipe = recipe.clone();
+    recipe.input.history_m.get_or_insert_default();
+    let recipe = &recipe;
     let (recipe, recording) = match &protocol.split {
         // The protocol deals the parts, just as `ballmark train` does: the model is the same.
         Some(dealt) => {

@@ -151,7 +151,7 @@ fn a_run_that_is_left_out_is_none_of_the_candidates() {
 fn uncertainties_are_mixed_as_asked() {
     let mut recipe = recipe();
     recipe.uncertainty = "2m".parse().unwrap();
-    recipe.priors.stated = 0.5;
+    recipe.priors.stated = Some(0.5);
     let mut random = Seed(1).stream("priors");
     let drawn: Vec<Uncertainty> = (0..4000)
         .map(|_| draw_uncertainty(&recipe, &mut random))
@@ -167,7 +167,7 @@ fn uncertainties_are_mixed_as_asked() {
         } => (1.0..=12.0).contains(half_width_m) && *half_turn_rad == Some(DEFAULT_HALF_TURN_RAD),
         Uncertainty::Global => true,
     }));
-    recipe.priors.stated = 1.0;
+    recipe.priors.stated = Some(1.0);
     assert_eq!(draw_uncertainty(&recipe, &mut random), recipe.uncertainty);
 }
 

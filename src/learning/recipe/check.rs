@@ -56,7 +56,7 @@ impl Recipe {
         let shares = [
             ("augmentation.dropped_beams", a.dropped_beams),
             ("augmentation.people", a.people),
-            ("priors.stated", p.stated),
+            ("priors.stated", self.stated_share()),
             ("priors.global", p.global),
         ];
         let fits = |share: &f64| (0.0..=1.0).contains(share);
@@ -70,10 +70,10 @@ impl Recipe {
                 "a positive number, no more than priors.widest_m",
             );
         }
-        if d.objective == ObjectiveKind::Exact && p.stated < 1.0 {
+        if d.objective == ObjectiveKind::Exact && self.stated_share() < 1.0 {
             return wrong(
                 "priors.stated",
-                &p.stated,
+                &self.stated_share(),
                 "1 with the exact objective, which knows one prior for all truths",
             );
         }

@@ -68,7 +68,7 @@ impl Recipe {
                 people: 0.0,
             },
             priors: PriorMix {
-                stated: 1.0,
+                stated: Some(1.0),
                 ..PriorMix::default()
             },
             map: MapConfig {

@@ -42,6 +42,7 @@ fn needs_a_file(kind: Kind) -> bool {
 fn bayes(recording: &Recording, seed: Seed) -> Bayes {
     let input = Input::fit(&InputConfig::default(), recording, &first_lap()).unwrap();
     let nets = NetConfig {
+        dense: Vec::new(),
         convolutions: Vec::new(),
         trunk: vec![8],
         hidden: vec![3],

@@ -33,6 +33,7 @@ fn learned(kind: Kind, recording: &Recording, seed: Seed) -> Learned {
     }
     let input = Input::fit(&InputConfig::default(), recording, &first_lap()).unwrap();
     let nets = NetConfig {
+        dense: Vec::new(),
         convolutions: Vec::new(),
         trunk: vec![8],
         hidden: vec![3],

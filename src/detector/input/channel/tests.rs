@@ -76,3 +76,48 @@ fn a_ring_is_one_whose_last_beam_lies_beside_its_first() {
         !is_ring(&around(180, TAU / 2.0)) && !is_ring(&around(270, 0.75 * TAU)) && !is_ring(&[])
     );
 }
+
+#[test]
+fn ranges_to_single_things_are_taken_as_they_are_and_a_scan_without_bearings_is_not() {
+    let beacons = Channel {
+        bearing_rad: None,
+        ..channel(4, None)
+    };
+    let of = ChannelInput::new(&config(36, &ALL), &beacons);
+    assert_eq!(
+        pooled(&of, &[20.0, 70.5, 3.0, 41.0]),
+        [20.0, 70.5, 3.0, 41.0]
+    );
+    let many = Channel {
+        bearing_rad: None,
+        ..channel(180, None)
+    };
+    assert!(ChannelInput::new(&config(36, &ALL), &many).scan().is_some());
+}
+
+#[test]
+fn a_value_that_was_missing_in_training_tells_whether_it_is_there() {
+    let wifi = Channel {
+        unit: "dBm".into(),
+        bearing_rad: None,
+        ..channel(4, None)
+    };
+    let mut of = ChannelInput::new(&config(36, &ALL), &wifi);
+    let none = f32::NAN;
+    // The second and the third are missing together, the fourth on its own.
+    let training = ndarray::array![
+        [-50.0, none, none, -70.0],
+        [-51.0, -60.0, -61.0, none],
+        [-52.0, -62.0, -63.0, -71.0],
+    ];
+    of.tell_missing(training.view());
+    assert_eq!((of.inputs(), of.told_missing()), (6, 2));
+    let told = |raw: &[f32]| pooled(&of, raw)[4..].to_vec();
+    assert_eq!(told(&[none, -60.0, -61.0, none]), [1.0, 0.0]);
+    assert_eq!(told(&[-50.0, none, -61.0, -70.0]), [0.0, 1.0]);
+    let mut damaged = of.clone();
+    if let Kind::Values { may_miss } = &mut damaged.kind {
+        may_miss.push(4);
+    }
+    assert!(of.is_sound() && !damaged.is_sound());
+}
