@@ -3,14 +3,15 @@
 use super::{
     Outcome,
     config::Experiment,
-    localise::{seen_by, warn_of_other_sensors, write_text},
+    dataset::{read, warn_of_other_sensors},
+    localise::write_text,
     print,
 };
 use crate::{
     detector::Detector,
     error::{Error, Result},
     model::Model,
-    recording::{Recording, npz},
+    recording::Recording,
     report::{Curve, Panel, Trace, scatter_plot, stacked_plot},
     storage,
 };
@@ -55,7 +56,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let degraded = Experiment::read(arguments.config.as_deref(), None)?.degraded;
     let model = Model::read(&arguments.model)?;
     let dataset = &arguments.dataset;
-    let recording = seen_by(&degraded, npz::read(dataset)?, dataset)?;
+    let recording = read(dataset, &degraded)?;
     let recording = model.seen_in(&recording).map_err(|e| e.in_file(dataset))?;
     let answers = model
         .detector()

@@ -1,17 +1,23 @@
 //! `ballmark localise`: global localisation and position tracking on runs that training never saw.
 
-use super::{Outcome, config::Experiment, print, progress::Progress, train::read_all, warn};
+use super::{
+    Outcome,
+    config::Experiment,
+    dataset::{read, read_all, warn_of_other_sensors},
+    print,
+    progress::Progress,
+    warn,
+};
 use crate::{
     belief::{Evidence, Places},
     error::{Error, Result},
     experiment::{
         localisation::{self, LocaliseConfig, Record},
         parts::{Parts, odometry_is_the_truth},
-        same_sensor::other_sensor,
     },
     mapping::RosMap,
     model::Model,
-    recording::{Recording, degraded::Degraded, npz},
+    recording::Recording,
     report::localisation as tables,
     storage,
 };
@@ -104,14 +110,10 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         };
         Ok::<_, Error>(model.seen_in(&recording)?.into_owned())
     };
-    let recording = seen_by(&degraded, npz::read(dataset)?, dataset)?;
-    let recording = as_learned(recording).map_err(|e| e.in_file(dataset))?;
+    let recording = as_learned(read(dataset, &degraded)?).map_err(|e| e.in_file(dataset))?;
     let trained_on = match arguments.trained_on.as_slice() {
         [] => None,
-        datasets => {
-            let trained_on = seen_by(&degraded, read_all(datasets)?, &datasets[0])?;
-            Some(as_learned(trained_on)?)
-        }
+        datasets => Some(as_learned(read_all(datasets, &degraded)?)?),
     };
     let in_dataset = |e: Error| {
         if e.is_usage() { e } else { e.in_file(dataset) }
@@ -168,21 +170,6 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         print(&table.text())?;
     }
     Ok(Outcome::Done)
-}
-
-/// A recording of this file, or of this one and others, as the sensor of a configuration would have made it.
-pub(super) fn seen_by(degraded: &Degraded, recording: Recording, file: &Path) -> Result<Recording> {
-    degraded.sensor(recording).map_err(|e| e.in_file(file))
-}
-
-/// Says where a recording's sensor is another one than a model learned with.
-pub(super) fn warn_of_other_sensors(models: &[&Model], recording: &Recording) {
-    let differences = models
-        .iter()
-        .filter_map(|model| other_sensor(model, recording));
-    if let Some(difference) = differences.into_iter().next() {
-        warn(&format!("note: {difference}"));
-    }
 }
 
 /// Plays the trials of the usual line-up, with a bar.

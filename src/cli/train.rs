@@ -1,7 +1,7 @@
 //! `ballmark train`: filters for a prior uncertainty, learned from a dataset.
 
 use super::{
-    Outcome, config::Experiment, interrupt::Interrupt, localise::seen_by, print,
+    Outcome, config::Experiment, dataset::read_all, interrupt::Interrupt, print,
     progress::Progress, warn,
 };
 use crate::{
@@ -16,7 +16,7 @@ use crate::{
     },
     mapping::{RangeSensors, read_fitting},
     model::{Learned, Model, Note, Resume, Training},
-    recording::{Recording, degraded::Degradation, npz},
+    recording::{Recording, degraded::Degradation},
     report::{Cell, Table},
 };
 use std::{
@@ -97,8 +97,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     recipe.check()?;
     Model::check_name(&arguments.output)?;
     let device = arguments.device.open()?;
-    let first = &arguments.datasets[0]; // one at least: clap sees to it
-    let mut recording = seen_by(&experiment.degraded, read_all(&arguments.datasets)?, first)?;
+    let mut recording = read_all(&arguments.datasets, &experiment.degraded)?;
     if !recording.goes_one_way() {
         warn(
             "note: the array `route` is driven both ways or in laps: places are distinguished by their poses in the plane instead",
@@ -154,7 +153,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         } else if e.is_io() || e.is_usage() || e.is_input() {
             e // a checkpoint at fault is named already; what is left is the dataset
         } else {
-            e.in_file(first)
+            e.in_file(&arguments.datasets[0]) // one at least: clap sees to it
         }
     })?;
     let seconds = started.elapsed().as_secs_f64();
@@ -202,16 +201,6 @@ pub(super) fn warn_notes(learned: &Learned) {
     for note in &learned.report.notes {
         warn(&format!("note: {note}"));
     }
-}
-
-/// Some datasets as one recording.
-pub(super) fn read_all(datasets: &[PathBuf]) -> Result<Recording> {
-    let read = |path: &PathBuf| npz::read(path);
-    let recordings = datasets.iter().map(read).collect::<Result<Vec<_>>>()?;
-    Recording::joined(recordings).map_err(|e| match datasets.first() {
-        Some(path) => e.in_file(path),
-        None => e,
-    })
 }
 
 /// Runs a training with its progress shown under a name, until `is_cancelled`.

@@ -14,6 +14,7 @@ mod limits;
 mod localise;
 mod model;
 mod pretrain;
+mod remembered;
 mod reproduce;
 mod score;
 mod simulate;

@@ -1,5 +1,9 @@
 use super::*;
-use crate::recording::{Recording, npz};
+use crate::{
+    learning::Recipe,
+    model::Training,
+    recording::{Recording, npz},
+};
 use std::path::Path;
 
 fn corridor() -> Recording {
@@ -182,4 +186,38 @@ fn evidence_counts_as_the_model_was_tuned_unless_somebody_says_otherwise() {
     };
     let fault = LiveLocaliser::with_config(&model, &config).err().unwrap();
     assert!(fault.is_usage() && fault.to_string().contains("evidence_scale = 0"));
+}
+
+/// Of a model that works from the readings of the last metres, the robot remembers them itself.
+#[test]
+fn a_robot_that_remembers_believes_what_one_does_that_is_told() {
+    let recording = corridor();
+    let mut recipe = Recipe {
+        features: 4,
+        ..Recipe::default()
+    };
+    recipe.descent.steps = 2;
+    recipe.input.history_m = Some(vec![1.0, 2.0]);
+    let model = Training::new(&recipe, &recording).run().unwrap().model;
+    let remembered = model.seen_in(&recording).unwrap();
+    let mut robot = LiveLocaliser::new(&model).unwrap();
+    let mut told = model.clone();
+    told.header.channels = remembered.channels().to_vec();
+    told.header.recipe.input.history_m = None;
+    let mut told = LiveLocaliser::new(&told).unwrap();
+    for k in 0..12 {
+        robot.observe(&recording.observation(k)).unwrap();
+        told.observe(&remembered.observation(k)).unwrap();
+    }
+    assert_eq!(robot.belief().mass(), told.belief().mass());
+    // Carried elsewhere it remembers nothing: as at the start of a run.
+    let belief = told.belief().clone();
+    robot.restart(belief.clone()).unwrap();
+    told.restart(belief).unwrap();
+    let there = recording.select(&[20]).unwrap();
+    let alone = model.seen_in(&there).unwrap();
+    assert_eq!(
+        robot.correct(&there.observation(0)).unwrap(),
+        told.correct(&alone.observation(0)).unwrap()
+    );
 }

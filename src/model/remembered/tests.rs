@@ -3,7 +3,6 @@ use crate::{
     belief::Uncertainty,
     detector::Detector,
     geometry::Pose,
-    localiser::LiveLocaliser,
     model::{Note, Training},
     recording::{Channel, Columns},
     seed::Seed,
@@ -89,22 +88,6 @@ fn a_robot_is_fed_as_a_recording_is() {
     ));
     let answers = model.detector().probabilities(&remembered).unwrap();
     assert_eq!(answers.dim(), (recording.len(), 8));
-    // The belief that a robot comes to along a pass, and the one from the recording that remembers for it.
-    let mut robot = LiveLocaliser::new(&model).unwrap();
-    let mut told = model.clone();
-    told.header.channels = remembered.channels().to_vec();
-    told.header.recipe.input.history_m = None;
-    let mut told = LiveLocaliser::new(&told).unwrap();
-    for k in 40..60 {
-        robot.observe(&recording.observation(k)).unwrap();
-        told.observe(&remembered.observation(k)).unwrap();
-    }
-    assert_eq!(robot.belief().mass(), told.belief().mass());
-    // Carried elsewhere it remembers nothing: as at the start of a pass.
-    robot.restart(told.belief().clone()).unwrap();
-    let first = recording.observation(80);
-    let alone = robot.correct(&first).unwrap();
-    assert_eq!(alone, told.correct(&remembered.observation(80)).unwrap());
 }
 
 #[test]
