@@ -28,7 +28,9 @@ use ballmark::{
     },
     learning::{Recipe, pretraining::PretrainingConfig},
     localiser::{self, monte_carlo::MonteCarloConfig},
-    recogniser, world,
+    recogniser,
+    recording::degraded::Degraded,
+    world,
 };
 use defaults::Defaults;
 use page::{Page, Section, Source};
@@ -181,6 +183,23 @@ fn pretrain(source: &Source) -> Page {
     draft.page
 }
 
+fn degraded(source: &Source) -> Page {
+    let mut draft = Draft::new(
+        source,
+        "`[degraded]`: keys of a worse sensor",
+        "For `--config C.toml` of `ballmark train`, `localise` and `features`, and for `ballmark compare C.toml`, where it is of all \
+         datasets: they are degraded as soon as they are read. A model is of the sensor that it was trained with, so \
+         whoever asks it needs the same section; about its own recording it answers no other. Every key may be left out.",
+    );
+    draft.add(
+        "degraded",
+        "Degraded",
+        "src/recording/degraded.rs",
+        Some(value(Degraded::default())),
+    );
+    draft.page
+}
+
 fn localise(source: &Source) -> Page {
     let mut draft = Draft::new(
         source,
@@ -203,7 +222,8 @@ fn compare(source: &Source) -> Page {
         "For `ballmark compare C.toml`; [compare.md](../compare.md) says what the sections ask and which tables they make. \
          Above the sections may stand `seed` (1): of learning, trials, permutations and resamples, and of the worlds that \
          name none. Each of `[standard]`, `[localisation]`, `[recognition]`, `[error_reduction]` and `[landmarks]` that \
-         is there makes its tables; file names are relative to the configuration.",
+         is there makes its tables; `[degraded]` ([degraded.md](degraded.md)) is of all datasets. File names are relative to the \
+         configuration.",
     );
     let unnamed = Value::Table(toml::Table::from_iter([("name".into(), "".into())]));
     for (path, name, default) in [
@@ -373,6 +393,7 @@ fn pages(source: &Source) -> BTreeMap<&'static str, Page> {
     BTreeMap::from([
         ("train.md", train(source)),
         ("pretrain.md", pretrain(source)),
+        ("degraded.md", degraded(source)),
         ("localise.md", localise(source)),
         ("compare.md", compare(source)),
         ("systems.md", systems(source)),

@@ -1,4 +1,4 @@
-//! The configuration file of `train` and `localise`: one section for each.
+//! The configuration file of `train` and `localise`: one section for each, and one for the sensor that both are given.
 
 use crate::{
     error::{Error, Result},
@@ -8,6 +8,7 @@ use crate::{
         pretraining::PretrainingConfig,
         recipe::{FORMER_KEYS, NamedRecipe},
     },
+    recording::degraded::Degraded,
     toml_file::{TomlFile, put_over, rename_keys},
 };
 use serde::Deserialize;
@@ -22,8 +23,10 @@ pub struct Experiment {
     pub recipe: NamedRecipe,
     /// For `train`.
     pub train: Recipe,
-    /// For `localise`.
+    /// For `localise`; its `people` are also those of [degraded].
     pub localise: LocaliseConfig,
+    /// For whatever reads a dataset: the sensor that it is seen by.
+    pub degraded: Degraded,
     /// For `pretrain`, besides [train].
     pub pretrain: PretrainingConfig,
 }
@@ -59,9 +62,13 @@ impl Experiment {
             recipe.map_err(|e| file.locate(Error::usage(format!("[train]: {}", e.message()))))?;
         let in_train = |fault: Error| file.locate(fault.context("[train]"));
         experiment.train.check().map_err(in_train)?;
-        let in_localise = |fault: Error| file.locate(fault);
-        experiment.localise.check().map_err(in_localise)?;
-        experiment.pretrain.check().map_err(in_localise)?;
+        let in_file = |fault: Error| file.locate(fault);
+        experiment.localise.check().map_err(in_file)?;
+        experiment.pretrain.check().map_err(in_file)?;
+        experiment.degraded.check().map_err(in_file)?;
+        let people = experiment.localise.people;
+        let people = experiment.degraded.people_or(people, "localise.people");
+        experiment.localise.people = people.map_err(in_file)?;
         experiment.localise = experiment.localise.beside(&path.with_file_name(""));
         Ok(experiment)
     }
@@ -93,6 +100,14 @@ mod tests {
                 "[localise]\nlongest_gap_m = -1",
                 "in.toml: line 2: localise.longest_gap_m",
             ),
+            (
+                "[degraded]\nreach_m = 0",
+                "in.toml: line 2: degraded.reach_m = 0",
+            ),
+            (
+                "[localise]\npeople = 0.2\n[degraded]\npeople = 0.3",
+                "in.toml: line 4: degraded.people = 0.3 and localise.people = 0.2",
+            ),
         ] {
             let error = read(text).unwrap_err();
             assert!(
@@ -100,6 +115,16 @@ mod tests {
                 "{error}"
             );
         }
+    }
+
+    #[test]
+    fn people_are_the_same_by_either_key() {
+        let people = |text: &str| read(text).unwrap().localise.people();
+        assert_eq!(people(""), 0.0);
+        assert_eq!(people("[localise]\npeople = 0.3"), 0.3);
+        assert_eq!(people("[degraded]\npeople = 0.3"), 0.3);
+        let both = "[localise]\npeople = 0.3\n[degraded]\npeople = 0.3";
+        assert_eq!(people(both), 0.3);
     }
 
     #[test]

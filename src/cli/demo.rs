@@ -2,7 +2,7 @@
 
 use super::{
     Outcome, features,
-    localise::{self, write_config, write_report, write_text},
+    localise::{self, with_bar, write_config, write_report, write_text},
     print, train, warn,
 };
 use crate::{
@@ -10,7 +10,9 @@ use crate::{
     detector::Detector,
     error::Result,
     experiment::{
-        localisation::{LocaliseConfig, Record},
+        line_up::{features_and_map, is_as_bits},
+        localisation::{self, LocaliseConfig, Record},
+        methods::MethodContext,
         parts::Parts,
     },
     learning::Recipe,
@@ -27,7 +29,8 @@ use std::{path::PathBuf, time::Instant};
 ///
 /// A robot with 24 sonars drives several times along the 89 m corridor of Thrun (1998): doors open and shut, bins move,
 /// odometry drifts. Four filters are learned for a robot that knows its place to ±2 m, four for one that knows nothing;
-/// then both find out where they are on runs that they never saw, beside baselines that learn nothing.
+/// then both find out where they are on runs that they never saw, beside baselines that learn nothing; and features and map
+/// once more with people in the way.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark demo --toy --out demo-report")]
@@ -45,6 +48,9 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
 }
+
+/// Share of the beams that people are in the way of in the trials that are played again.
+const PEOPLE: f64 = 0.3;
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
     let started = Instant::now();
@@ -78,15 +84,24 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         }
         models.push(model);
     }
-    let record = localise(&arguments, &models, &recording)?;
+    let [record, crowded] = localise(&arguments, &models, &recording)?;
     write_report(folder, "Simulated corridor", &record)?;
+    let among_people = tables::figures(&crowded).csv();
+    write_text(&folder.join("localisation_among_people.csv"), &among_people)?;
     let words = format!(
-        "{} runs along an 89 m corridor, {} snapshots of 24 sonars; every fourth run\nis kept for the trials.\n\n{}",
+        "{} runs along an 89 m corridor, {} snapshots of 24 sonars; every fourth run\nis kept for the trials.\n\n{}\n\
+         The same trials with people in the way.\n\n{}",
         recording.runs().len(),
         recording.len(),
-        tables::table(&record).text()
+        tables::table(&record).text(),
+        tables::brief_table(&crowded).text()
     );
-    let json = || localise::json(&record, started.elapsed().as_secs_f64());
+    let json = || -> Result<serde_json::Value> {
+        let seconds = started.elapsed().as_secs_f64();
+        let mut all = localise::json(&record, seconds)?;
+        all["among_people"] = localise::json(&crowded, seconds)?;
+        Ok(all)
+    };
     print(&if arguments.json {
         format!("{}\n", json()?)
     } else {
@@ -120,10 +135,12 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
     Ok(learned.model)
 }
 
-/// Plays the trials with both models' filters and the baselines, one line a model.
-fn localise(arguments: &Arguments, models: &[Model], recording: &Recording) -> Result<Record> {
+/// Plays the trials with both models' filters and the baselines, one line a model; and with the filters and a map once more
+/// among people.
+fn localise(arguments: &Arguments, models: &[Model], recording: &Recording) -> Result<[Record; 2]> {
     let mut config = LocaliseConfig {
         seed: Some(arguments.seed),
+        people: Some(0.0),
         ..LocaliseConfig::default()
     };
     if arguments.toy {
@@ -136,8 +153,22 @@ fn localise(arguments: &Arguments, models: &[Model], recording: &Recording) -> R
     let models: Vec<&Model> = models.iter().collect();
     let parts = Parts::new(models[0], recording, None)?;
     let mut record = localise::play(&models, &parts, &config)?;
-    record
-        .results
-        .retain(|result| !result.name.starts_with("learned_bits"));
-    Ok(record)
+    record.results.retain(|result| !is_as_bits(&result.name));
+
+    config.people = Some(PEOPLE);
+    let crowded = recording.with_people(&parts.unseen, PEOPLE, config.seed())?;
+    let parts = parts.with_run(&crowded);
+    let context = MethodContext::new(&models, &parts, &config)?;
+    let mut methods = features_and_map(&context)?;
+    methods.retain(|method| !is_as_bits(&method.name));
+    for method in &mut methods {
+        // Tuned where nobody stood, so as it was.
+        let mut before = record
+            .results
+            .iter()
+            .filter(|result| result.name == method.name);
+        method.evidence_scale = before.next().and_then(|result| result.evidence_scale);
+    }
+    let among_people = with_bar(|progress| localisation::play(&context, methods, progress))?;
+    Ok([record, among_people])
 }

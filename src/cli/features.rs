@@ -1,11 +1,17 @@
 //! `ballmark features`: the output of each filter at every snapshot.
 
-use super::{Outcome, localise::write_text, print};
+use super::{
+    Outcome,
+    config::Experiment,
+    dataset::{read, warn_of_other_sensors},
+    localise::write_text,
+    print,
+};
 use crate::{
     detector::Detector,
     error::{Error, Result},
     model::Model,
-    recording::{Recording, npz},
+    recording::Recording,
     report::{Curve, Panel, Trace, scatter_plot, stacked_plot},
     storage,
 };
@@ -27,6 +33,9 @@ pub struct Arguments {
     /// Dataset whose snapshots are the input.
     #[arg(value_name = "D.npz")]
     dataset: PathBuf,
+    /// Configuration of the training; its section [degraded] says by which sensor the dataset is seen.
+    #[arg(long, value_name = "C.toml")]
+    config: Option<PathBuf>,
     /// CSV file to write.
     #[arg(short, long, value_name = "F.csv")]
     output: PathBuf,
@@ -44,15 +53,16 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         )));
     }
     storage::check_target(&arguments.output)?;
+    let degraded = Experiment::read(arguments.config.as_deref(), None)?.degraded;
     let model = Model::read(&arguments.model)?;
-    let recording = npz::read(&arguments.dataset)?;
-    let recording = model
-        .seen_in(&recording)
-        .map_err(|e| e.in_file(&arguments.dataset))?;
+    let dataset = &arguments.dataset;
+    let recording = read(dataset, &degraded)?;
+    let recording = model.seen_in(&recording).map_err(|e| e.in_file(dataset))?;
     let answers = model
         .detector()
         .probabilities(&recording)
-        .map_err(|e| e.in_file(&arguments.dataset))?;
+        .map_err(|e| e.in_file(dataset))?;
+    warn_of_other_sensors(&[&model], &recording);
     write_text(&arguments.output, &csv(&recording, &answers))?;
     let title = format!("Filters for uncertainty {}", model.header.prior);
     let mut summary = format!(

@@ -1,6 +1,13 @@
 //! `ballmark localise`: global localisation and position tracking on runs that training never saw.
 
-use super::{Outcome, config::Experiment, print, progress::Progress, train::read_all, warn};
+use super::{
+    Outcome,
+    config::Experiment,
+    dataset::{read, read_all, warn_of_other_sensors},
+    print,
+    progress::Progress,
+    warn,
+};
 use crate::{
     belief::{Evidence, Places},
     error::{Error, Result},
@@ -10,7 +17,7 @@ use crate::{
     },
     mapping::RosMap,
     model::Model,
-    recording::{Recording, npz},
+    recording::Recording,
     report::localisation as tables,
     storage,
 };
@@ -39,7 +46,8 @@ pub struct Arguments {
     /// Folder for the curves (CSV) and their pictures (SVG).
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Configuration; its section [localise] holds for all that no flag below says otherwise.
+    /// Configuration; its section [localise] holds for all that no flag below says otherwise, [degraded] for the sensor that
+    /// the datasets are seen by: the same as in training.
     #[arg(long, value_name = "C.toml")]
     config: Option<PathBuf>,
     /// A ROS map (its YAML) in the frame of the dataset's poses, for those who localise in a map; otherwise the scans that the
@@ -65,12 +73,13 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
-    let mut config = Experiment::read(arguments.config.as_deref(), None)?.localise;
+    let experiment = Experiment::read(arguments.config.as_deref(), None)?;
+    let (mut config, degraded) = (experiment.localise, experiment.degraded);
     config.trials = arguments.trials.unwrap_or(config.trials);
     config.seed = Some(arguments.seed.unwrap_or(config.seed().0));
     config.evidence = arguments.evidence.unwrap_or(config.evidence);
     config.map = arguments.map.unwrap_or(config.map);
-    config.people = arguments.people.unwrap_or(config.people);
+    config.people = Some(arguments.people.unwrap_or(config.people()));
     config.check()?;
     if !config.map.as_os_str().is_empty() {
         RosMap::read(&config.map)?; // one that is none fails now
@@ -101,10 +110,10 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         };
         Ok::<_, Error>(model.seen_in(&recording)?.into_owned())
     };
-    let recording = as_learned(npz::read(dataset)?).map_err(|e| e.in_file(dataset))?;
+    let recording = as_learned(read(dataset, &degraded)?).map_err(|e| e.in_file(dataset))?;
     let trained_on = match arguments.trained_on.as_slice() {
         [] => None,
-        datasets => Some(as_learned(read_all(datasets)?)?),
+        datasets => Some(as_learned(read_all(datasets, &degraded)?)?),
     };
     let in_dataset = |e: Error| {
         if e.is_usage() { e } else { e.in_file(dataset) }
@@ -115,14 +124,15 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             "note: no baselines: they learn from the dataset that the model was trained on; name it with --trained-on",
         );
     }
+    warn_of_other_sensors(&models, &recording);
     if odometry_is_the_truth(&recording) {
         warn(
             "note: the dataset's odometry repeats its poses, so whatever odometry carries is flattered",
         );
     }
     let (crowded, among_people);
-    let parts = if config.people > 0.0 {
-        crowded = recording.with_people(&parts.unseen, config.people, config.seed())?;
+    let parts = if config.people() > 0.0 {
+        crowded = recording.with_people(&parts.unseen, config.people(), config.seed())?;
         among_people = parts.with_run(&crowded);
         &among_people
     } else {
@@ -141,6 +151,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         print(&format!("{}\n", json(&record, seconds)?))?;
     } else {
         let mut table = tables::table(&record);
+        if let Some(degraded) = &record.degraded {
+            table.caption(format!("sensor degraded: {degraded}"));
+        }
         if let [.., farthest_m] = model.history_m() {
             table.caption(format!(
                 "all systems work from the readings of the last {farthest_m} m as well ({:?} m back), those before a trial's \
@@ -159,14 +172,21 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Plays the trials, with a bar.
+/// Plays the trials of the usual line-up, with a bar.
 pub(super) fn play(models: &[&Model], parts: &Parts, config: &LocaliseConfig) -> Result<Record> {
+    with_bar(|progress| localisation::localise(models, parts, config, progress))
+}
+
+/// Plays trials, with a bar.
+pub(super) fn with_bar(
+    play: impl FnOnce(&mut dyn FnMut(localisation::Progress)) -> Result<Record>,
+) -> Result<Record> {
     // Maps are made, and their evidence tuned, before the first method plays.
     let mut ready = Progress::new("getting ready", 1);
     ready.at(0, "maps, and how much evidence counts");
     let mut ready = Some(ready);
     let mut bar: Option<Progress> = None;
-    let record = localisation::localise(models, parts, config, &mut |at| {
+    let record = play(&mut |at| {
         if let Some(ready) = ready.take() {
             ready.done();
         }
@@ -214,6 +234,7 @@ pub(super) fn write_config(
         "localise": config,
         "motion": config.motion.as_ref().unwrap_or(&model.header.motion),
         "dataset_sha256": dataset.columns().dataset_sha256,
+        "degraded": dataset.columns().degraded,
         "model": model.header,
     });
     write_text(
@@ -238,6 +259,7 @@ pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
         "covered": record.covered,
         "unseen_is_validation": record.unseen_is_validation,
         "people": record.people,
+        "degraded": record.degraded,
         "timing": { "seconds": seconds, "step_ms": record.timing.step_ms },
         "paired_tests": record.paired_tests,
     });

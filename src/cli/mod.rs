@@ -2,6 +2,7 @@
 
 mod compare;
 mod config;
+mod dataset;
 mod demo;
 mod export;
 mod features;

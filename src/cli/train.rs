@@ -1,6 +1,9 @@
 //! `ballmark train`: filters for a prior uncertainty, learned from a dataset.
 
-use super::{Outcome, config::Experiment, interrupt::Interrupt, print, progress::Progress, warn};
+use super::{
+    Outcome, config::Experiment, dataset::read_all, interrupt::Interrupt, print,
+    progress::Progress, warn,
+};
 use crate::{
     belief::Uncertainty,
     detector::device::DeviceChoice,
@@ -13,7 +16,7 @@ use crate::{
     },
     mapping::{RangeSensors, read_fitting},
     model::{Learned, Model, Note, Resume, Training},
-    recording::{Recording, npz},
+    recording::{Recording, degraded::Degradation},
     report::{Cell, Table},
 };
 use std::{
@@ -37,7 +40,8 @@ pub struct Arguments {
     /// Where the model goes: a name ending in .safetensors or .npz.
     #[arg(short, long, value_name = "M.safetensors")]
     output: PathBuf,
-    /// Configuration; its section [train] holds for all that no flag below says otherwise.
+    /// Configuration; its section [train] holds for all that no flag below says otherwise, [degraded] for the sensor that the
+    /// datasets are seen by.
     #[arg(long, value_name = "C.toml")]
     config: Option<PathBuf>,
     /// Prior uncertainty to train for: `2m` (±2 m, and in the plane ±0.5 rad), `2m,0.3rad`, `2m,any` or `global`.
@@ -80,7 +84,8 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
-    let mut recipe = Experiment::read(arguments.config.as_deref(), arguments.recipe)?.train;
+    let experiment = Experiment::read(arguments.config.as_deref(), arguments.recipe)?;
+    let mut recipe = experiment.train;
     recipe.uncertainty = arguments.uncertainty.unwrap_or(recipe.uncertainty);
     recipe.features = arguments.features.unwrap_or(recipe.features);
     recipe.seed = arguments.seed.unwrap_or(recipe.seed);
@@ -92,7 +97,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     recipe.check()?;
     Model::check_name(&arguments.output)?;
     let device = arguments.device.open()?;
-    let mut recording = read_all(&arguments.datasets)?;
+    let mut recording = read_all(&arguments.datasets, &experiment.degraded)?;
     if !recording.goes_one_way() {
         warn(
             "note: the array `route` is driven both ways or in laps: places are distinguished by their poses in the plane instead",
@@ -133,7 +138,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
                 "note: {} is the model of this very training, which has ended: nothing is learned anew",
                 arguments.output.display()
             ));
-            return show(&learned, &arguments, None);
+            return show(&learned, &recording, &arguments, None);
         }
         if !checkpoint.exists() {
             warn(&format!(
@@ -161,7 +166,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     learned.model.write(&arguments.output)?;
     // The model is safe; a stale checkpoint is only in the way.
     let _ = Training::remove_checkpoints(&recipe, &checkpoint);
-    show(&learned, &arguments, Some(seconds))
+    show(&learned, &recording, &arguments, Some(seconds))
 }
 
 /// No pre-trained networks, as `--from` says it.
@@ -170,12 +175,23 @@ fn is_none(from: &Path) -> bool {
 }
 
 /// Prints the notes and the result.
-fn show(learned: &Learned, arguments: &Arguments, seconds: Option<f64>) -> Result<Outcome> {
+fn show(
+    learned: &Learned,
+    recording: &Recording,
+    arguments: &Arguments,
+    seconds: Option<f64>,
+) -> Result<Outcome> {
     warn_notes(learned);
+    let degraded = recording.columns().degraded.as_ref();
     print(&if arguments.json {
-        json(learned, seconds.unwrap_or(0.0))
+        json(learned, degraded, seconds.unwrap_or(0.0))
     } else {
-        table(learned, &arguments.output, seconds).text()
+        let mut table = table(learned, seconds);
+        if let Some(degraded) = degraded {
+            table.caption(format!("sensor degraded: {degraded}"));
+        }
+        table.caption(format!("model: {}", arguments.output.display()));
+        table.text()
     })?;
     Ok(Outcome::Done)
 }
@@ -185,16 +201,6 @@ pub(super) fn warn_notes(learned: &Learned) {
     for note in &learned.report.notes {
         warn(&format!("note: {note}"));
     }
-}
-
-/// Some datasets as one recording.
-pub(super) fn read_all(datasets: &[PathBuf]) -> Result<Recording> {
-    let read = |path: &PathBuf| npz::read(path);
-    let recordings = datasets.iter().map(read).collect::<Result<Vec<_>>>()?;
-    Recording::joined(recordings).map_err(|e| match datasets.first() {
-        Some(path) => e.in_file(path),
-        None => e,
-    })
 }
 
 /// Runs a training with its progress shown under a name, until `is_cancelled`.
@@ -232,7 +238,7 @@ fn checkpoint_of(output: &Path) -> PathBuf {
     name.into()
 }
 
-fn json(learned: &Learned, seconds: f64) -> String {
+fn json(learned: &Learned, degraded: Option<&Degradation>, seconds: f64) -> String {
     let report = &learned.report;
     let notes: Vec<String> = report.notes.iter().map(Note::to_string).collect();
     let value = serde_json::json!({
@@ -246,12 +252,13 @@ fn json(learned: &Learned, seconds: f64) -> String {
         "notes": notes,
         "evidence_scale": learned.model.header.evidence_scale,
         "recipe": learned.model.header.recipe,
+        "degraded": degraded,
         "timing": { "seconds": seconds },
     });
     format!("{value}\n")
 }
 
-fn table(learned: &Learned, output: &Path, seconds: Option<f64>) -> Table {
+fn table(learned: &Learned, seconds: Option<f64>) -> Table {
     let report = &learned.report;
     let mut table = Table::new([
         "part",
@@ -302,6 +309,5 @@ fn table(learned: &Learned, output: &Path, seconds: Option<f64>) -> Table {
             "evidence of a snapshot counts to the power {scale:.3} in the filter: tuned on validation sequences"
         ));
     }
-    table.caption(format!("model: {}", output.display()));
     table
 }

@@ -3,7 +3,7 @@
 use super::{
     kernels::{Moved, VIEWS, kernel, kernel_views, moves_show},
     learned_row::{Rounded, learned_features, random_bits},
-    maps::{BEAM, BEAM_MODEL, MAP, PARTICLES, RangeMaps},
+    maps::{BEAM, BEAM_MODEL, Field, MAP, PARTICLES, RangeMaps},
     method::Method,
     methods::MethodContext,
     product::product,
@@ -21,10 +21,7 @@ const WIDE_BITS: usize = 64;
 /// # Errors
 /// Where the run lacks the sensors that the models work from.
 pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
-    let mut all = Vec::new();
-    for (number, model) in context.models.iter().enumerate() {
-        all.extend(learned(context, model, &labels(context.models, number))?);
-    }
+    let mut all = all_learned(context)?;
     if context.parts.source.is_some() {
         let n = context
             .models
@@ -59,6 +56,33 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
     Ok(all)
 }
 
+/// The part of the [line-up](line_up) that takes least time: the learned filters of every model, an occupancy map by its likelihood
+/// field, and both together.
+///
+/// # Errors
+/// As [`line_up`], and where the scans make no map.
+pub fn features_and_map<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
+    let mut all = all_learned(context)?;
+    if context.parts.source.is_some()
+        && let Some(map) = RangeMaps::new(context, &context.config.map)?
+    {
+        let by_map = with_field(context, &mut all, &map, &map.field()?)?;
+        all.extend(by_map);
+    }
+    Ok(all)
+}
+
+fn all_learned<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
+    let models = context.models.iter().enumerate();
+    let of_each =
+        models.map(|(number, model)| learned(context, model, &labels(context.models, number)));
+    Ok(of_each
+        .collect::<Result<Vec<_>>>()?
+        .into_iter()
+        .flatten()
+        .collect())
+}
+
 /// What a user of a range sensor has: an occupancy map, by its likelihood field, alone and with learned features, by its beam
 /// model, and in particle filters.
 fn with_map<'a>(
@@ -69,9 +93,7 @@ fn with_map<'a>(
         return Ok(Vec::new());
     };
     let field = map.field()?;
-    let mut in_filter = map.in_filter(&field)?;
-    let mut methods = with_learned(context, learned, &mut in_filter, "map")?;
-    methods.push(in_filter);
+    let mut methods = with_field(context, learned, &map, &field)?;
     let beam = map.beam_model();
     methods.push(beam.unwrap_or_else(|fault| context.left_out(BEAM_MODEL, BEAM, &fault)));
     for particles in PARTICLES {
@@ -80,13 +102,33 @@ fn with_map<'a>(
     Ok(methods)
 }
 
+/// A map by its likelihood field, after every model's features together with it.
+fn with_field<'a>(
+    context: &MethodContext<'a>,
+    learned: &mut [Method<'a>],
+    map: &RangeMaps<'a, '_>,
+    field: &Field,
+) -> Result<Vec<Method<'a>>> {
+    let mut in_filter = map.in_filter(field)?;
+    let mut methods = with_learned(context, learned, &mut in_filter, "map")?;
+    methods.push(in_filter);
+    Ok(methods)
+}
+
 /// Is a method of this name one of a model's own, and no rival?
 pub(super) fn is_own(name: &str) -> bool {
     name.starts_with(LEARNED) && !name.contains('+')
 }
 
+/// Is a method of this name a model's features rounded to bits?
+pub fn is_as_bits(name: &str) -> bool {
+    is_own(name) && name.starts_with(LEARNED_BITS)
+}
+
 /// How the names of a model's own methods begin.
 const LEARNED: &str = "learned";
+/// How those begin that round to bits.
+const LEARNED_BITS: &str = "learned_bits";
 
 /// Every model's learned features together with another method's sensor model, which titles call `short`.
 fn with_learned<'a>(
@@ -181,7 +223,7 @@ fn learned<'a>(
             context,
             model,
             Rounded::ToBits,
-            &format!("{LEARNED}_bits{}", labels.name),
+            &format!("{LEARNED_BITS}{}", labels.name),
             &format!("{n} learned, as bits{}", labels.title),
         )?,
     ])

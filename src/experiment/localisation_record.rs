@@ -7,7 +7,10 @@ use super::{
     region_coverage::Coverage,
     risk_coverage::RiskCoverage,
 };
-use crate::{belief::Uncertainty, learning::error_reduction::ErrorReduction, score::FEW};
+use crate::{
+    belief::Uncertainty, learning::error_reduction::ErrorReduction,
+    recording::degraded::Degradation, score::FEW,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -166,6 +169,9 @@ pub struct Record {
     /// Share of the range beams of every unseen snapshot that people were put in the way of.
     #[serde(default)]
     pub people: f64,
+    /// What the recording's range sensors were degraded by; none: they are as recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub degraded: Option<Degradation>,
     /// Priors of the single-snapshot figures.
     pub priors: Vec<Uncertainty>,
     /// In the order that the methods played.

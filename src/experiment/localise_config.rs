@@ -45,8 +45,10 @@ pub struct LocaliseConfig {
     /// drawn by the scans that the models learned from. A comparison's `monte_carlo` has a key of its own.
     pub map: PathBuf,
     /// Share of the range beams of every unseen snapshot that people are in the way of, 0 to 1: stretches of 3° to 20° that end
-    /// before what they met. What was learned from, and what evidence is tuned on, stays as it was.
-    pub people: f64,
+    /// before what they met. What was learned from, and what evidence is tuned on, stays as it was. Not said: as `[degraded]` says,
+    /// else nobody.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub people: Option<f64>,
 }
 
 impl Default for LocaliseConfig {
@@ -65,7 +67,7 @@ impl Default for LocaliseConfig {
             start_spread_rad: 0.1,
             resamples: 1000,
             map: PathBuf::new(),
-            people: 0.0,
+            people: None,
         }
     }
 }
@@ -74,6 +76,11 @@ impl LocaliseConfig {
     /// The seed of the run.
     pub fn seed(&self) -> Seed {
         Seed(self.seed.unwrap_or(FIRST_SEED))
+    }
+
+    /// The share of beams behind people.
+    pub fn people(&self) -> f64 {
+        self.people.unwrap_or(0.0)
     }
 
     /// The same with the file that it names looked for in that folder.
@@ -118,7 +125,7 @@ impl LocaliseConfig {
         if !(self.longest_gap_m.is_finite() && self.longest_gap_m >= 0.0) {
             return wrong("longest_gap_m", "0 or more metres");
         }
-        if !(0.0..=1.0).contains(&self.people) {
+        if !(0.0..=1.0).contains(&self.people()) {
             return wrong("people", "the share of beams that they hide, 0 to 1");
         }
         if !positive(self.start_spread_m) || !positive(self.start_spread_rad) {

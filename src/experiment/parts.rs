@@ -1,6 +1,6 @@
 //! Which snapshots a model learned from, and which it never saw.
 
-use super::protocol::Protocol;
+use super::{protocol::Protocol, same_sensor::refuse_other_sensor};
 use crate::{
     belief::Places,
     error::{Error, Result},
@@ -41,7 +41,8 @@ impl<'a> Parts<'a> {
     /// another one.
     ///
     /// # Errors
-    /// Where `trained_on` is not the dataset that the model names, or one lies along a route and the other doesn't.
+    /// Where `trained_on` is not the dataset that the model names, or it is seen by another sensor than the model learned with,
+    /// or one lies along a route and the other doesn't.
     pub fn new(model: &Model, run: &'a Recording, trained_on: Option<Recording>) -> Result<Self> {
         let run_is_source = seen::is_source(model, run)?;
         let source = match trained_on {
@@ -55,6 +56,9 @@ impl<'a> Parts<'a> {
             None if run_is_source => Some(Cow::Borrowed(run)),
             None => None,
         };
+        if let Some(own) = &source {
+            refuse_other_sensor(model, own)?;
+        }
         refuse_two_way_route(run)?;
         let source = source
             .map(|recording| {

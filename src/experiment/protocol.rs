@@ -12,6 +12,7 @@ use crate::{
         split::{SplitConfig, Unit},
     },
     score::Binning,
+    seed::Seed,
 };
 use serde::{Deserialize, Serialize};
 use std::{borrow::Cow, ops::Range};
@@ -169,6 +170,20 @@ impl<'a> Protocol<'a> {
             }
         }
         Ok(protocol)
+    }
+
+    /// The same with [people in the way](Recording::with_people) of this share of the range beams of what is tested on.
+    ///
+    /// # Errors
+    /// As [`Recording::with_people`].
+    pub fn with_people(mut self, share: f64, seed: Seed) -> Result<Self> {
+        let crowded = self.recording.with_people(&self.testing, share, seed)?;
+        self.recording = Cow::Owned(crowded);
+        self.notes.push(format!(
+            "people before {:.0} % of the beams of all that is tested on; what was learned knows nothing of them",
+            100.0 * share
+        ));
+        Ok(self)
     }
 
     /// Does the way go on from one snapshot to the next: within a lap, run or stretch, or from lap to lap?

@@ -10,6 +10,7 @@ use super::{
     maps::RangeMaps,
     method::{AnswersBy, Method, method},
     methods::MethodContext,
+    same_sensor::refuse_other_sensor,
     signal_row::signal_field,
 };
 use crate::{
@@ -310,6 +311,10 @@ fn from_file<'a>(
                  expected one trained on these alone"
             ),
         ));
+    }
+    let own = source.recording.columns().dataset_sha256.as_deref();
+    if own.is_some() && own == model.header.dataset_sha256.as_deref() {
+        refuse_other_sensor(&model, &source.recording).map_err(|e| e.in_file(file))?;
     }
     let title = format!("{} {name}", model.features());
     learned_features(context, &model, rounded, name, &title).map_err(|e| e.in_file(file))

@@ -1,6 +1,7 @@
 //! What a robot saw: snapshots of its sensors, each with the place it was taken at, in one or several runs.
 
 pub mod compressed;
+pub mod degraded;
 pub mod format;
 pub mod history;
 pub mod image;
@@ -20,6 +21,7 @@ use crate::{
     error::{Error, Result},
     geometry::Pose,
 };
+use degraded::Degradation;
 use ndarray::Array2;
 pub use observation::Observation;
 pub(crate) use observation::check_width;
@@ -39,6 +41,13 @@ pub struct Channel {
     pub bearing_rad: Option<Vec<f64>>,
     /// Reading from which on there was no return, where the channel has such a limit.
     pub maximum: Option<f64>,
+}
+
+impl Channel {
+    /// Are these ranges in known directions: what people can be in the way of?
+    pub(crate) fn is_scan(&self) -> bool {
+        self.unit == "m" && self.bearing_rad.is_some()
+    }
 }
 
 /// An observation together with the place where it was made.
@@ -79,6 +88,8 @@ pub struct Columns {
     pub source_sha256: Option<String>,
     /// SHA-256 of the dataset file it was read from.
     pub dataset_sha256: Option<String>,
+    /// What its range sensors [were degraded by](degraded::Degraded::sensor) since; no file has it.
+    pub degraded: Option<Degradation>,
 }
 
 /// Snapshots in the order they were taken, in runs.
@@ -317,6 +328,7 @@ impl Recording {
             source: c.source.clone(),
             source_sha256: c.source_sha256.clone(),
             dataset_sha256: c.dataset_sha256.clone(),
+            degraded: c.degraded.clone(),
         })
     }
 }

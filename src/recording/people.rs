@@ -41,7 +41,7 @@ impl Recording {
                 "people = {share}: expected the share of beams that they hide, 0 to 1"
             )));
         }
-        if !self.channels().iter().any(sees_people) {
+        if !self.channels().iter().any(Channel::is_scan) {
             return Err(Error::work(
                 "people: no channel in metres has bearings; expected a range sensor whose beams' directions are known",
             ));
@@ -65,16 +65,12 @@ impl Recording {
     }
 }
 
-fn sees_people(channel: &Channel) -> bool {
-    channel.unit == "m" && channel.bearing_rad.is_some()
-}
-
 /// Puts people before `share` of the beams of every range scan of a snapshot.
 fn hide_in_row(columns: &mut Columns, k: usize, share: f64, people: &mut Stream) {
     let mut row = columns.values.row_mut(k);
     let mut first = 0;
     for channel in &columns.channels {
-        if sees_people(channel) {
+        if channel.is_scan() {
             let own = row.slice_axis_mut(Axis(0), (first..first + channel.width).into());
             hide(own, channel, share, people);
         }

@@ -14,8 +14,69 @@ use crate::{
 };
 use trial_figures::{COUNTS, counts, extra_figures, extra_headers};
 
-/// One row a method.
+/// One row a method, and below it what the columns mean.
 pub fn table(record: &Record) -> Table {
+    let (mut table, is_marked) = rows(record);
+    let priors: Vec<String> = record.priors.iter().map(ToString::to_string).collect();
+    table.caption(format!(
+        "{} trials in {} stretches that training never saw{}",
+        record.trials,
+        record.stretches,
+        if record.unseen_is_validation {
+            ", but that stopped it: somewhat flattering"
+        } else {
+            ""
+        },
+    ));
+    caption_people(&mut table, record);
+    table.caption(format!(
+        "{} % = share of the prior error that one snapshot removes,\n  over {} of {} unseen snapshots: those at places seen in training",
+        priors.iter().map(|prior| plus_minus(prior)).collect::<Vec<_>>().join(", "),
+        record.covered,
+        record.unseen
+    ));
+    for line in [
+        "recall % = unseen snapshots each of which alone, from no idea, makes a place within 1 m\n  of the truth the likeliest of all",
+        "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  after m = median metres until then (–: fewer than half)",
+        "error m = mean expected error after 10 m, over the trials that go so far;\n  tracked m = the same from a known start (–: no trial is that long)",
+        "kB = what the robot must hold: places with their poses, networks or map",
+    ] {
+        table.caption(line);
+    }
+    caption_marks(&mut table, is_marked);
+    if let Some(line) = best_rival::in_words(record) {
+        table.caption(line);
+    }
+    table
+}
+
+/// The same rows for those who have read what the columns mean.
+pub fn brief_table(record: &Record) -> Table {
+    let (mut table, is_marked) = rows(record);
+    caption_people(&mut table, record);
+    caption_marks(&mut table, is_marked);
+    table
+}
+
+fn caption_people(table: &mut Table, record: &Record) {
+    if record.people > 0.0 {
+        table.caption(format!(
+            "people before {:.0} % of the beams of every unseen snapshot; what was learned knows nothing of them",
+            100.0 * record.people
+        ));
+    }
+}
+
+fn caption_marks(table: &mut Table, is_marked: bool) {
+    if is_marked {
+        table.caption(
+            "* over fewer than 10 trials or snapshots, or those of a single run or stretch: uncertain",
+        );
+    }
+}
+
+/// One row a method, those left out below; and whether a figure is marked as uncertain.
+fn rows(record: &Record) -> (Table, bool) {
     let priors: Vec<String> = record.priors.iter().map(ToString::to_string).collect();
     let mut headers = vec!["system".to_string()];
     let reduction = |prior: &String| format!("{} %", plus_minus(prior));
@@ -71,45 +132,7 @@ pub fn table(record: &Record) -> Table {
     for absent in &record.left_out {
         table.caption(format!("{}: left out: {}", absent.title, absent.fault));
     }
-    table.caption(format!(
-        "{} trials in {} stretches that training never saw{}",
-        record.trials,
-        record.stretches,
-        if record.unseen_is_validation {
-            ", but that stopped it: somewhat flattering"
-        } else {
-            ""
-        },
-    ));
-    if record.people > 0.0 {
-        table.caption(format!(
-            "people before {:.0} % of the beams of every unseen snapshot; what was learned knows nothing of them",
-            100.0 * record.people
-        ));
-    }
-    table.caption(format!(
-        "{} % = share of the prior error that one snapshot removes,\n  over {} of {} unseen snapshots: those at places seen in training",
-        priors.iter().map(|prior| plus_minus(prior)).collect::<Vec<_>>().join(", "),
-        record.covered,
-        record.unseen
-    ));
-    for line in [
-        "recall % = unseen snapshots each of which alone, from no idea, makes a place within 1 m\n  of the truth the likeliest of all",
-        "found % = trials that end up sure and right within 1 m, from a start anywhere;\n  after m = median metres until then (–: fewer than half)",
-        "error m = mean expected error after 10 m, over the trials that go so far;\n  tracked m = the same from a known start (–: no trial is that long)",
-        "kB = what the robot must hold: places with their poses, networks or map",
-    ] {
-        table.caption(line);
-    }
-    if is_marked {
-        table.caption(
-            "* over fewer than 10 trials or snapshots, or those of a single run or stretch: uncertain",
-        );
-    }
-    if let Some(line) = best_rival::in_words(record) {
-        table.caption(line);
-    }
-    table
+    (table, is_marked)
 }
 
 fn plus_minus(prior: &str) -> String {

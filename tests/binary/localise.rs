@@ -407,16 +407,41 @@ fn the_demo_goes_all_the_way() {
         .lines()
         .filter(|l| l.starts_with("4 learned, ") && !l.contains(" against "))
         .collect();
-    // Of each prior: alone, with the map, with the field of the readings.
-    assert_eq!(lines.len(), 6, "{}", answer.stdout);
+    // Of each prior: alone, with the map, with the field of the readings; alone and with the map once more among people.
+    assert_eq!(lines.len(), 6 + 4, "{}", answer.stdout);
+    assert!(
+        answer.stdout.contains("people before 30 % of the beams"),
+        "{}",
+        answer.stdout
+    );
     for file in [
         "corridor.npz",
         "corridor-2m.safetensors",
         "features-global.svg",
         "error_by_distance.csv",
+        "localisation_among_people.csv",
     ] {
         assert!(place.path("here").join(file).exists(), "{file}");
     }
+    // What `localise --people` plays; what was learned is tuned as it was.
+    let played = [
+        "localise",
+        "here/corridor-2m.safetensors",
+        "here/corridor-global.safetensors",
+        "here/corridor.npz",
+        "--trials",
+        "8",
+        "--people",
+        "0.3",
+    ];
+    let played = place.ballmark(&played);
+    let among_people = answer.stdout.split("people in the way").nth(1).unwrap();
+    let words = |text: &str| -> Vec<String> {
+        let mut maps = text.lines().filter(|l| l.starts_with("occupancy map"));
+        let row = maps.next().unwrap().split_whitespace();
+        row.map(String::from).collect()
+    };
+    assert_eq!(words(&played.done().stdout), words(among_people));
     place.write("file", "");
     place
         .ballmark(&["demo", "--toy", "--out", "file/here"])

@@ -4,6 +4,7 @@ mod camera_views;
 mod compare;
 mod compare_localisation;
 mod configs;
+mod degraded;
 mod device;
 mod given_map;
 mod help;

@@ -17,6 +17,7 @@ use crate::{
     },
     recording::{
         Recording,
+        degraded::Degraded,
         split::{AUTO_STRETCH_M, ENOUGH_RUNS, SplitConfig, Unit},
     },
     toml_file::TomlFile,
@@ -61,6 +62,9 @@ pub struct CompareConfig {
     pub dataset: Vec<DatasetConfig>,
     /// Who answers.
     pub system: Vec<SystemConfig>,
+    /// The sensor that all datasets are seen by; people are in the way of what every section tests on.
+    #[serde(skip_serializing_if = "Degraded::is_default")]
+    pub degraded: Degraded,
     /// Who maps and who is tested on, and what the truth is.
     pub protocol: ProtocolConfig,
     /// The standard experiment: trials of localisers, and of recognisers without memory (Duckett & Nehmzow 1998, 6).
@@ -85,6 +89,8 @@ struct File {
     dataset: Vec<DatasetConfig>,
     #[serde(default)]
     system: Vec<BTreeMap<String, toml::Spanned<toml::Value>>>,
+    #[serde(default)]
+    degraded: Degraded,
     #[serde(default, alias = "stage")]
     protocol: ProtocolConfig,
     standard: Option<StandardConfig>,
@@ -105,6 +111,7 @@ impl Default for CompareConfig {
             seed: first_seed(),
             dataset: Vec::new(),
             system: Vec::new(),
+            degraded: Degraded::default(),
             protocol: ProtocolConfig::default(),
             standard: None,
             localisation: None,
@@ -169,6 +176,7 @@ impl CompareConfig {
             seed: file.seed,
             dataset: file.dataset.into_iter().map(DatasetConfig::named).collect(),
             system: system.collect::<Result<_>>()?,
+            degraded: file.degraded,
             protocol: file.protocol,
             standard: file.standard,
             localisation: file.localisation,
@@ -180,10 +188,11 @@ impl CompareConfig {
         Ok(config)
     }
 
-    /// How localisation trials are played: as the section says, with the comparison's seed where it names none.
+    /// How localisation trials are played: as the section says, with the comparison's seed and people where it names none.
     pub(super) fn trials(&self) -> LocaliseConfig {
         let mut trials = self.localisation.clone().unwrap_or_default();
         trials.seed = trials.seed.or(Some(self.seed));
+        trials.people = Some(self.degraded.people.unwrap_or(trials.people()));
         trials
     }
 
@@ -254,6 +263,11 @@ impl CompareConfig {
         }
         self.dataset.iter().try_for_each(DatasetConfig::check)?;
         self.system.iter().try_for_each(SystemConfig::check)?;
+        self.degraded.check()?;
+        if let Some(localisation) = &self.localisation {
+            let people = localisation.people;
+            self.degraded.people_or(people, "localisation.people")?;
+        }
         self.protocol.check()?;
         let deals = self.protocol.mapping == Mapping::Split;
         if deals && self.protocol.split.validation_every > 0 {

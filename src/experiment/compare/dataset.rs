@@ -3,7 +3,7 @@
 use super::dataset_config::DatasetConfig;
 use crate::{
     error::{Error, Result},
-    recording::{Recording, npz},
+    recording::{Recording, degraded::Degraded, npz},
     seed::Seed,
     world::{
         Building,
@@ -29,11 +29,17 @@ pub(super) struct LoadedDataset {
 }
 
 impl LoadedDataset {
-    /// Reads or simulates a dataset; its files lie in `folder`.
+    /// Reads or simulates a dataset as a worse sensor would have made it; its files lie in `folder`.
     ///
     /// # Errors
-    /// Where a file can't be read or is none of its kind, or the world's robot can't drive; the message names the file.
-    pub fn open(config: &DatasetConfig, folder: &Path, seed: u64) -> Result<Self> {
+    /// Where a file can't be read or is none of its kind, the world's robot can't drive, or the dataset has no such sensor; the
+    /// message names the file.
+    pub fn open(
+        config: &DatasetConfig,
+        folder: &Path,
+        seed: u64,
+        degraded: &Degraded,
+    ) -> Result<Self> {
         let (recording, world) = match (&config.file, &config.world) {
             (Some(file), _) => (npz::read(&folder.join(file))?, None),
             (None, Some(world)) => {
@@ -59,11 +65,17 @@ impl LoadedDataset {
                 return Err(Error::usage(fault));
             }
         };
+        let recording = degraded
+            .sensor(recording)
+            .map_err(|e| e.context(&config.name))?;
         let one_way = recording.goes_one_way();
-        let notes = match one_way {
-            true => Vec::new(),
-            false => vec!["route left out, as it is not driven one way".to_string()],
-        };
+        let mut notes = Vec::new();
+        if let Some(degraded) = &recording.columns().degraded {
+            notes.push(format!("sensor degraded: {degraded}"));
+        }
+        if !one_way {
+            notes.push("route left out, as it is not driven one way".to_string());
+        }
         Ok(Self {
             recording: match one_way {
                 true => recording,

@@ -195,19 +195,20 @@ impl Evaluator<'_, '_> {
         }
     }
 
-    /// The trials with people in the way of what is tested on, where the section says so.
+    /// The trials with people in the way of what is tested on, where the section says so and `[degraded]` has not put them there.
     fn among_people(
         &mut self,
         systems: &[Result<System>],
         context: &MethodContext,
     ) -> Result<localisation::Record> {
-        if context.config.people == 0.0 {
+        let are_there = self.config.degraded.people.is_some();
+        if are_there || context.config.people() == 0.0 {
             return self.localisation(systems, context);
         }
         let (parts, config) = (context.parts, context.config);
         let crowded = parts
             .run
-            .with_people(&parts.unseen, config.people, config.seed())?;
+            .with_people(&parts.unseen, config.people(), config.seed())?;
         let parts = parts.with_run(&crowded);
         let context = MethodContext {
             parts: &parts,

@@ -77,6 +77,7 @@ pub fn compare(
             dataset,
             folders.configuration,
             config.seed,
+            &config.degraded,
         )?);
     }
     let names = file_names(config.dataset.iter().map(|dataset| dataset.name.as_str()));
@@ -87,12 +88,19 @@ pub fn compare(
             name: dataset.name.clone(),
             source: recording.columns().source.clone(),
             sha256: recording.columns().dataset_sha256.clone(),
+            degraded: recording.columns().degraded.clone(),
             snapshots: recording.len(),
             mapping: 0,
             testing: 0,
             notes: loaded.notes.clone(),
         };
         let protocol = Protocol::new(recording, &config.protocol_for(recording));
+        let protocol = match config.degraded.people {
+            Some(share) if share > 0.0 => {
+                protocol.and_then(|protocol| protocol.with_people(share, config.trials().seed()))
+            }
+            _ => protocol,
+        };
         if let Ok(protocol) = &protocol {
             (dataset_record.mapping, dataset_record.testing) =
                 (protocol.mapping.len(), protocol.testing.len());

@@ -1,12 +1,15 @@
 //! What came of a comparison: enough to draw every table and picture again without the data.
 
-use crate::experiment::{
-    error_reduction::{Curve, ErrorReductionConfig},
-    landmarks::{LandmarkRecord, LandmarksConfig},
-    localisation,
-    localise_config::LocaliseConfig,
-    recognition::{RecognitionConfig, RecognitionRecord},
-    standard::{StandardConfig, StandardRecord},
+use crate::{
+    experiment::{
+        error_reduction::{Curve, ErrorReductionConfig},
+        landmarks::{LandmarkRecord, LandmarksConfig},
+        localisation,
+        localise_config::LocaliseConfig,
+        recognition::{RecognitionConfig, RecognitionRecord},
+        standard::{StandardConfig, StandardRecord},
+    },
+    recording::degraded::Degradation,
 };
 use serde::{Deserialize, Serialize};
 
@@ -68,6 +71,9 @@ pub struct DatasetRecord {
     pub source: Option<String>,
     /// SHA-256 of its file.
     pub sha256: Option<String>,
+    /// What its range sensors were degraded by; none: they are as recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub degraded: Option<Degradation>,
     /// Snapshots in all.
     pub snapshots: usize,
     /// Snapshots that were learned from; none where the protocol could not be set.

@@ -147,6 +147,7 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
         source: meta.source,
         source_sha256: meta.sha256,
         dataset_sha256: Some(storage::sha256(file)),
+        degraded: None,
     });
     recording.map_err(|e| e.in_file(path))
 }
