@@ -94,21 +94,18 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let models = models.collect::<Result<Vec<Model>>>()?;
     let models: Vec<&Model> = models.iter().collect();
     let model = models[0];
-    if let Some(other) = models.iter().find(|m| m.history_m() != model.history_m()) {
-        return Err(Error::usage(format!(
-            "one model works from the readings of {:?} m back, another from those of {:?}; expected the same of all \
-             (`train` with [train.input] history_m)",
-            model.history_m(),
-            other.history_m()
-        )));
-    }
+    // What one of them works from, the others may leave.
+    let history_m = Model::history_of_all(&models);
     // A model that learned in the plane has no use for a route.
     let as_learned = |recording: Recording| {
         let recording = match model.places() {
             Places::Plane(_) => recording.in_the_plane(),
             Places::Route(_) => recording,
         };
-        Ok::<_, Error>(model.seen_in(&recording)?.into_owned())
+        match history_m.is_empty() {
+            true => Ok(recording),
+            false => recording.with_history(&history_m),
+        }
     };
     let recording = as_learned(read(dataset, &degraded)?).map_err(|e| e.in_file(dataset))?;
     let trained_on = match arguments.trained_on.as_slice() {
@@ -154,11 +151,10 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         if let Some(degraded) = &record.degraded {
             table.caption(format!("sensor degraded: {degraded}"));
         }
-        if let [.., farthest_m] = model.history_m() {
+        if let [.., farthest_m] = &history_m[..] {
             table.caption(format!(
-                "all systems work from the readings of the last {farthest_m} m as well ({:?} m back), those before a trial's \
-                 start included",
-                model.history_m()
+                "inputs of all but models trained without: readings of the last {farthest_m} m as well ({history_m:?} m back), \
+                 those before a trial's start included"
             ));
         }
         table.caption(format!(

@@ -74,6 +74,15 @@ impl Model {
             .unwrap_or_default()
     }
 
+    /// All distances that any of these models works from, rising: a recording [with](Recording::with_history) them serves all.
+    pub fn history_of_all(models: &[&Model]) -> Vec<f64> {
+        let all = models.iter().flat_map(|model| model.history_m());
+        let mut all: Vec<f64> = all.copied().collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
+    }
+
     /// A recording as the model's networks are fed with it: with the readings of the last metres, where it works from them.
     ///
     /// # Errors

@@ -28,12 +28,13 @@ impl Model {
         for (name, bytes) in SHIPPED {
             let model = Self::from_bytes(Path::new(name), bytes)?;
             let start = model.as_start();
+            let Ok(input) = start.input_for(input.clone(), recording.channels()) else {
+                continue;
+            };
             let mut random = Seed(0).stream("shape alone");
             let weights =
                 Weights::random(&recipe.network, input.shape(), recipe.features, &mut random);
-            let fits = start.input_for(input.clone(), recording.channels()).is_ok()
-                && start.weights_for(recipe, weights).is_ok();
-            if fits {
+            if start.weights_for(recipe, weights).is_ok() {
                 return Ok(Some((name.to_string(), model)));
             }
         }

@@ -1,6 +1,5 @@
 use super::*;
 use crate::{
-    learning::Recipe,
     model::Training,
     recording::{Recording, npz},
 };
@@ -192,10 +191,7 @@ fn evidence_counts_as_the_model_was_tuned_unless_somebody_says_otherwise() {
 #[test]
 fn a_robot_that_remembers_believes_what_one_does_that_is_told() {
     let recording = corridor();
-    let mut recipe = Recipe {
-        features: 4,
-        ..Recipe::default()
-    };
+    let mut recipe = model().header.recipe;
     recipe.descent.steps = 2;
     recipe.input.history_m = Some(vec![1.0, 2.0]);
     let model = Training::new(&recipe, &recording).run().unwrap().model;
