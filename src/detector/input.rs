@@ -170,7 +170,7 @@ impl Input {
 
     /// The inputs of one range sensor as another fills them: the same sectors, statistics and constants, `own` being the sensor that
     /// they were fitted to. A sector that the other does not look into is at its mean. `None` where either has no bearings, the
-    /// inputs are of several sensors, or the other looks into less than half of the sectors.
+    /// inputs are of several sensors, or the other looks into less than two thirds of the sectors.
     pub fn looked_into_by(&self, own: &[Channel], other: &Channel) -> Option<Self> {
         self.with_channel(own, |channel, own| channel.looked_into_by(own, other))
     }

@@ -11,7 +11,16 @@ use std::fs;
 fn trained() -> Workplace {
     let place = Workplace::new();
     toy(&place, true);
-    let small = ["--features", "2", "--steps", "10"];
+    // Long enough to be better than random features, which would be kept instead.
+    place.write("small.toml", "[train.input]\nhistory_m = []\n");
+    let small = [
+        "--features",
+        "2",
+        "--steps",
+        "200",
+        "--config",
+        "small.toml",
+    ];
     place
         .ballmark(&[&["train", "toy.npz", "-o", "m.safetensors"][..], &small].concat())
         .done();
@@ -42,7 +51,7 @@ fn export_goes_round_to_the_same_bytes() {
     export(&place, "misnamed.safetensors", "again.npz").done();
     assert!(bytes("again.npz") == bytes("back.npz"));
     // Training writes either.
-    let small = ["--features", "2", "--steps", "10"];
+    let small = ["--features", "2", "--steps", "200", "--config", "small.toml"];
     place
         .ballmark(&[&["train", "toy.npz", "-o", "direct.npz"][..], &small].concat())
         .done();
@@ -130,7 +139,7 @@ fn an_npz_that_claims_or_lacks_something_is_refused_by_the_array() {
         (
             Some(&header),
             "filter.trunk.0.weight",
-            "array `filter.trunk.0.weight`: shape [6, 8]; expected [64, ",
+            "array `filter.trunk.0.weight`: shape [6, 8]; expected [128, ",
         ),
         (
             Some(&header),

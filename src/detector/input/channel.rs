@@ -114,7 +114,7 @@ impl ChannelInput {
     }
 
     /// These sectors and their statistics for another sensor's beams, by the bearings of both; `None` where a bearing is not known, or
-    /// where that sensor looks into less than half of the sectors.
+    /// where that sensor looks into less than two thirds of the sectors.
     pub(super) fn looked_into_by(&self, own: &Channel, other: &Channel) -> Option<Self> {
         let (own_rad, other_rad) = (own.bearing_rad.as_ref()?, other.bearing_rad.as_ref()?);
         let mut looked_into = self.clone();
@@ -131,7 +131,7 @@ impl ChannelInput {
         let beams = beams_of_sectors(own_rad, *sectors, other_rad);
         let filled = beams.iter().filter(|beams| !beams.is_empty()).count();
         *sector_beams = Some(beams);
-        (other.unit == self.unit && 2 * filled >= *sectors).then_some(looked_into)
+        (other.unit == self.unit && 3 * filled >= 2 * *sectors).then_some(looked_into)
     }
 
     /// The same sectors where only some beams of the sensor are there.

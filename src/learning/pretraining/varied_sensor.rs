@@ -55,7 +55,7 @@ impl VariedSensorConfig {
             ("short", self.short, 1.0),
             ("thinned", self.thinned, 1.0),
             ("blocked", self.blocked, 1.0),
-            ("widest_blocked", self.widest_blocked, 0.4), // half of the sectors must be seen
+            ("widest_blocked", self.widest_blocked, 0.3), // two thirds of the sectors must be seen
         ];
         for (key, share, most) in shares {
             if !(0.0..=most).contains(&share) {

@@ -104,7 +104,7 @@ fn what_makes_no_sense_is_refused() {
     };
     assert!(refused(|c| c.short = 1.5).contains("pretrain.sensors.short"));
     assert!(refused(|c| c.thinned = f64::NAN).contains("pretrain.sensors.thinned"));
-    assert!(refused(|c| c.widest_blocked = 0.5).contains("0 to 0.4"));
+    assert!(refused(|c| c.widest_blocked = 0.5).contains("0 to 0.3"));
     assert!(refused(|c| c.least_reach_m = 0.0).contains("least_reach_m"));
     assert!(refused(|c| c.fewest_beams = 1).contains("fewest_beams"));
 }
