@@ -51,7 +51,14 @@ fn export_goes_round_to_the_same_bytes() {
     export(&place, "misnamed.safetensors", "again.npz").done();
     assert!(bytes("again.npz") == bytes("back.npz"));
     // Training writes either.
-    let small = ["--features", "2", "--steps", "200", "--config", "small.toml"];
+    let small = [
+        "--features",
+        "2",
+        "--steps",
+        "200",
+        "--config",
+        "small.toml",
+    ];
     place
         .ballmark(&[&["train", "toy.npz", "-o", "direct.npz"][..], &small].concat())
         .done();
