@@ -34,7 +34,7 @@ const SHARE: usize = 64;
 /// let slope = Array2::ones((2, 2)); // ∂E/∂g of E = Σ g
 /// let mut gradient = weights.clone();
 /// layered.backward(&weights, slope.view(), &mut gradient)?;
-/// let output_bias = &gradient.layers[1].bias; // Σ over snapshots of g (1 − g)
+/// let output_bias = &gradient.layers[2].bias; // Σ over snapshots of g (1 − g)
 /// let expected = activation.column(0).fold(0.0, |sum, g| sum + g * (1.0 - g));
 /// assert!((output_bias[[0, 0]] - expected).abs() < 1e-6);
 /// # ballmark::Result::Ok(())
