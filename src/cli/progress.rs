@@ -37,6 +37,14 @@ impl Progress {
         }
     }
 
+    /// It is so many steps in all, if that was not known before the first.
+    pub fn of(&mut self, steps: usize) {
+        self.steps = steps;
+        if let Some(bar) = &self.bar {
+            bar.set_length(steps as u64);
+        }
+    }
+
     /// `step` steps are done; `message` says how it stands.
     pub fn at(&mut self, step: usize, message: &str) {
         match &self.bar {

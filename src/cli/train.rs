@@ -210,7 +210,7 @@ pub(super) fn learn(
     name: &str,
     is_cancelled: impl Fn() -> bool,
 ) -> Result<Learned> {
-    let mut progress = Progress::new(name, recipe.descent.steps * recipe.descent.restarts);
+    let mut progress = Progress::new(name, recipe.descent.steps);
     let mut message = String::new();
     let learned = training
         .on_progress(|p| {
@@ -221,6 +221,7 @@ pub(super) fn learn(
                         format!("validation {:.1} %", 100.0 * reduction)
                     });
             }
+            progress.of(p.most_steps);
             progress.at(p.step, &message);
             match is_cancelled() {
                 true => Directive::Cancel,

@@ -11,6 +11,7 @@ use crate::{
     localiser::{PreparedSensorModel, sensor_model::PreparedEveryPose},
     mapping::OccupancyMap,
     model::Model,
+    recording::Recording,
 };
 use ndarray::Array2;
 use std::sync::Arc;
@@ -46,11 +47,12 @@ pub(super) fn learned_features<'a>(
         Rounded::No => features,
         Rounded::ToBits => features.mapv(f32::round),
     };
-    let on_run = FeatureAnswers::of_run(&detector, context.parts.run)?;
+    let answered = |recording: &Recording| detector.probabilities(&*model.seen_in(recording)?);
+    let on_run = FeatureAnswers::of_run(&detector, &*model.seen_in(context.parts.run)?)?;
     let answers = FeatureAnswers {
         run: as_kept(on_run.run),
         source: source
-            .map(|source| detector.probabilities(&source.recording).map(as_kept))
+            .map(|source| answered(&source.recording).map(as_kept))
             .transpose()?,
         ..on_run
     };

@@ -28,6 +28,7 @@ mod note;
 pub mod npz;
 mod pretrained;
 mod remembered;
+mod report;
 pub mod safetensors;
 pub mod seen;
 mod shipped;
@@ -36,8 +37,9 @@ mod training;
 
 pub use header::{Header, OccupancyHeader, Scores, TrainingRecord};
 pub use note::Note;
+pub use report::TrainingReport;
 pub use trained_model::Model;
-pub use training::{Learned, Resume, Training, TrainingReport};
+pub use training::{Learned, Resume, Training};
 
 #[cfg(test)]
 mod tests;

@@ -7,7 +7,7 @@ use crate::{
     learning::Recipe,
     recording::{
         Recording,
-        history::{Past, channels_with_history},
+        history::{MOVED, Past, channels_with_history},
         viewpoint::Views,
     },
 };
@@ -32,9 +32,9 @@ pub(super) fn histories(recipe: &Recipe, recording: &Recording) -> Result<Vec<Ve
     let used = |name: &String| chosen.is_empty() || chosen.contains(name);
     let channels = recording.channels().iter().filter(|c| used(&c.name));
     let readings: usize = channels.map(|channel| channel.width).sum();
-    let remembers = |name: &str| name.contains('@'); // a history already
-    let is_plain = !recording.channels().iter().any(|c| remembers(&c.name));
-    if Views::of(recording)?.is_some() || readings > MOST_READINGS || !is_plain {
+    let mut channels = recording.channels().iter();
+    let has_history = channels.any(|channel| channel.name.starts_with(MOVED));
+    if Views::of(recording)?.is_some() || readings > MOST_READINGS || has_history {
         return Ok(vec![Vec::new()]);
     }
     let nearest_m = NEAREST_M.max(OF_SPACING * recording.spacing_m());

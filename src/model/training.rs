@@ -3,8 +3,8 @@
 use super::{
     fallback::better_random,
     header::{Header, OccupancyHeader, Scores, TrainingRecord},
-    note::Note,
     remembered::{histories, remembering},
+    report::TrainingReport,
     trained_model::Model,
 };
 use crate::{
@@ -15,22 +15,16 @@ use crate::{
     },
     error::{Error, Result},
     learning::{
-        ErrorReduction, Recipe,
+        Recipe,
         recipe::BeginWith,
         start::Start,
-        trainer::{
-            self, Checkpoints, Directive, NOTHING_LEARNED, Progress, StoppedBy, Trained,
-            TrainingIdentity,
-        },
+        trainer::{self, Checkpoints, Directive, Progress, StoppedBy, Trained, TrainingIdentity},
         training_set::TrainingSet,
     },
     mapping::OccupancyMap,
     recording::Recording,
 };
 use std::path::{Path, PathBuf};
-
-/// With fewer validation snapshots than this, a note says that they are few.
-const FEW_VALIDATION_SNAPSHOTS: usize = 50;
 
 /// A training to be run: splits the recording, learns, keeps checkpoints and yields a [`Model`].
 ///
@@ -88,26 +82,6 @@ pub struct Learned {
     pub model: Model,
     /// How it went.
     pub report: TrainingReport,
-}
-
-/// How a training went.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct TrainingReport {
-    /// Expected errors reached, as in the model's header.
-    pub scores: Scores,
-    /// Steps taken.
-    pub steps: usize,
-    /// Evaluations of the objective with its gradient on the way; judgements of the validation part not counted.
-    pub evaluations: usize,
-    /// The pre-trained networks that it began with; none: random ones.
-    pub began_with: Option<String>,
-    /// Why it ended.
-    pub stopped_by: StoppedBy,
-    /// Step of the checkpoint that it went on from, where it did.
-    pub resumed_at: Option<usize>,
-    /// What the scores do not show.
-    pub notes: Vec<Note>,
 }
 
 impl<'a> Training<'a> {
@@ -197,14 +171,14 @@ impl<'a> Training<'a> {
                 let score = learned.report.scores.validation;
                 score.map(|score| score.error_reduction)
             };
-            // Where nothing can be validated, inputs stay as they are.
             if best
                 .as_ref()
                 .is_none_or(|best| validation(&learned) > validation(best))
             {
                 best = Some(learned);
             }
-            if stops {
+            // Where nothing can be validated, inputs stay as they are.
+            if stops || best.as_ref().and_then(validation).is_none() {
                 break;
             }
         }
@@ -403,40 +377,5 @@ fn model(
             .map(|route| snapshots.iter().map(|&k| route[k]).collect()),
         activation: trained.activation,
         occupancy: sensed.map(|sensed| sensed.map.clone()),
-    }
-}
-
-impl TrainingReport {
-    /// What a model records of its training.
-    fn of(model: &Model, resumed_at: Option<usize>) -> Option<Self> {
-        let record = model.header.training.as_ref()?;
-        let scores = model.header.scores;
-        let mut notes = Vec::new();
-        match scores.validation {
-            None => notes.push(Note::NoValidation),
-            Some(ErrorReduction {
-                snapshots,
-                error_reduction,
-                ..
-            }) => {
-                if snapshots < FEW_VALIDATION_SNAPSHOTS {
-                    notes.push(Note::FewValidationSnapshots(snapshots));
-                }
-                if error_reduction < NOTHING_LEARNED {
-                    notes.push(Note::NothingLearned);
-                }
-            }
-        }
-        notes.extend(record.random_better_than.map(Note::RandomBetter));
-        notes.extend(record.extended_at.map(Note::ExtendedAt));
-        Some(Self {
-            scores,
-            steps: record.steps,
-            evaluations: record.evaluations,
-            began_with: record.began_with.clone(),
-            stopped_by: record.stopped_by,
-            resumed_at,
-            notes,
-        })
     }
 }

@@ -12,7 +12,7 @@ use ndarray::Array2;
 use std::collections::VecDeque;
 
 /// Values that say where it was: x and y in the robot's frame of now, in metres, and by how much it was turned, in radians.
-const MOVED: usize = 3;
+const MOVED_VALUES: usize = 3;
 
 /// What was sensed some metres back is that of the snapshot nearest to it along the way, if that lies between this share of the metres …
 const LEAST_SHARE: f64 = 0.5;
@@ -21,6 +21,9 @@ const MOST_SHARE: f64 = 1.5;
 
 /// Of snapshots that are closer to one another than this share of the shortest distance, the later is remembered.
 const FINEST_SHARE: f64 = 0.05;
+
+/// What names of channels begin with that say where something was sensed.
+pub const MOVED: &str = "moved@";
 
 /// Most distances to look back: each is as many inputs again.
 pub const MOST_BACK: usize = 16;
@@ -105,7 +108,7 @@ impl Past {
                         [moved.forward_m, moved.left_m, moved.turn_rad].map(|moved| moved as f32),
                     );
                 }
-                None => all.extend(std::iter::repeat_n(f32::NAN, values.len() + MOVED)),
+                None => all.extend(std::iter::repeat_n(f32::NAN, values.len() + MOVED_VALUES)),
             }
         }
         all
@@ -123,8 +126,8 @@ pub fn channels_with_history(channels: &[Channel], back_m: &[f64]) -> Vec<Channe
             ..channel.clone()
         }));
         all.push(Channel {
-            name: format!("moved@{back_m}m"),
-            width: MOVED,
+            name: format!("{MOVED}{back_m}m"),
+            width: MOVED_VALUES,
             unit: "m, m, rad".to_string(),
             bearing_rad: None,
             maximum: None,

@@ -7,22 +7,23 @@ use crate::{
 use ballmark::model::Model;
 use std::fs;
 
+/// Long enough to be better than random features, which would be kept instead.
+const SMALL: [&str; 6] = [
+    "--features",
+    "2",
+    "--steps",
+    "200",
+    "--config",
+    "small.toml",
+];
+
 /// A folder with `m.safetensors` and `m.npz`, the same small model.
 fn trained() -> Workplace {
     let place = Workplace::new();
     toy(&place, true);
-    // Long enough to be better than random features, which would be kept instead.
     place.write("small.toml", "[train.input]\nhistory_m = []\n");
-    let small = [
-        "--features",
-        "2",
-        "--steps",
-        "200",
-        "--config",
-        "small.toml",
-    ];
     place
-        .ballmark(&[&["train", "toy.npz", "-o", "m.safetensors"][..], &small].concat())
+        .ballmark(&[&["train", "toy.npz", "-o", "m.safetensors"][..], &SMALL].concat())
         .done();
     export(&place, "m.safetensors", "m.npz").done();
     place
@@ -51,16 +52,8 @@ fn export_goes_round_to_the_same_bytes() {
     export(&place, "misnamed.safetensors", "again.npz").done();
     assert!(bytes("again.npz") == bytes("back.npz"));
     // Training writes either.
-    let small = [
-        "--features",
-        "2",
-        "--steps",
-        "200",
-        "--config",
-        "small.toml",
-    ];
     place
-        .ballmark(&[&["train", "toy.npz", "-o", "direct.npz"][..], &small].concat())
+        .ballmark(&[&["train", "toy.npz", "-o", "direct.npz"][..], &SMALL].concat())
         .done();
     assert!(bytes("direct.npz") == bytes("back.npz"));
 }

@@ -57,6 +57,8 @@ fn readings_of_the_last_metres_are_inputs_from_training_to_trials() {
         told.contains("inputs: readings of now and of [0.5, 1.0, 2.0] m back"),
         "{told}"
     );
+    // Both trainings, without these readings and with them, are the work that is shown.
+    assert!(trained.stderr.contains("120 of 120"), "{}", trained.stderr);
     // A training that has ended is known again, whatever it chose.
     let again = train("m.safetensors", &["--resume"]);
     assert!(again.done().stderr.contains("nothing is learned anew"));
@@ -95,6 +97,16 @@ fn readings_of_the_last_metres_are_inputs_from_training_to_trials() {
         told.contains("8 learned") && told.contains("raw-scan kernel"),
         "{told}"
     );
+
+    // In a comparison a model of a file remembers for itself.
+    place.write(
+        "compare.toml",
+        "[[dataset]]\nfile = 'hall.npz'\n[[system]]\nkind = 'bayes'\nlandmarks = [{ kind = 'learned', model = 'm.safetensors' }]\n\
+         [protocol]\nmapping = 'split'\nsplit = { test_fold = 0 }\n\
+         [localisation]\ntrials = 4\nshortest_m = 4.0\nresamples = 10\n",
+    );
+    let compared = place.ballmark(&["compare", "compare.toml", "--out", "c"]);
+    assert!(compared.done().stdout.contains("recall %"));
 
     place.write(
         "bad.toml",

@@ -40,7 +40,10 @@ impl Recipe {
     pub fn thrun1998() -> Self {
         Self {
             begin_with: BeginWith::Random,
-            input: InputConfig::default(),
+            input: InputConfig {
+                history_m: Some(Vec::new()),
+                ..InputConfig::default()
+            },
             network: NetConfig::thrun1998(),
             descent: DescentConfig {
                 objective: ObjectiveKind::Exact,

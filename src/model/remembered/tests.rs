@@ -64,6 +64,8 @@ fn what_was_sensed_before_becomes_an_input_where_it_helps_on_the_validation_part
         (steps.first(), steps.last(), steps.len()),
         (Some(&0), Some(&120), 122)
     );
+    let paper = Recipe::thrun1998();
+    assert_eq!(histories(&paper, &recording).unwrap(), [Vec::<f64>::new()]);
     let mut plain = recipe.clone();
     plain.input.history_m = Some(Vec::new());
     let without = Training::new(&plain, &recording).run().unwrap();
