@@ -69,7 +69,7 @@ pub enum Resume {
     Never,
     /// The training goes on from it if it is of the same training: same version, data and recipe. The number of steps may
     /// be another one, no less than the checkpoint has; where that changes the learning rate of the steps before, a
-    /// [`Note`] says so. A checkpoint of any other training is an error, and stays as it is. Where there is none, the
+    /// [`Note`](super::Note) says so. A checkpoint of any other training is an error, and stays as it is. Where there is none, the
     /// training starts afresh.
     IfSame,
 }
