@@ -156,21 +156,26 @@ impl<'a> Training<'a> {
         let mut best: Option<Learned> = None;
         let mut on_progress =
             std::mem::replace(&mut self.on_progress, Box::new(|_| Directive::Continue));
+        let validation = |learned: &Learned| {
+            let score = learned.report.scores.validation;
+            score.map(|score| score.error_reduction)
+        };
         for (number, back_m) in histories.into_iter().enumerate() {
+            let best_before = best.as_ref().and_then(validation);
             let (recipe, recording) = remembering(self.recipe, self.recording, &back_m)?;
             let mut counted_on = |p: Progress| {
                 on_progress(Progress {
                     step: number * own_steps + p.step,
                     most_steps: all * own_steps,
+                    // What will be kept, of all trainings.
+                    best_validation: p
+                        .best_validation
+                        .map(|own| own.max(best_before.unwrap_or(own))),
                     ..p
                 })
             };
             let learned = self.run_once(&recipe, &recording, number, &mut counted_on)?;
             let stops = learned.report.stopped_by == StoppedBy::Callback;
-            let validation = |learned: &Learned| {
-                let score = learned.report.scores.validation;
-                score.map(|score| score.error_reduction)
-            };
             if best
                 .as_ref()
                 .is_none_or(|best| validation(&learned) > validation(best))
