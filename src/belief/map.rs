@@ -19,6 +19,8 @@ pub struct MapConfig {
     /// Probability that a feature is answered by chance, for all that no map knows (people, moved doors): a probability m
     /// becomes (1 − u) m + u/2, so no answer is impossible anywhere.
     pub unmodelled_probability: f64,
+    /// The same of scans that are rendered, which show what stood there when the map was drawn, once training is over.
+    pub unmodelled_when_rendered: f64,
     /// What the places between are filled from.
     pub filled_from: FilledFrom,
 }
@@ -42,6 +44,7 @@ impl Default for MapConfig {
         Self {
             nearness: Nearness::default(),
             unmodelled_probability: 0.002,
+            unmodelled_when_rendered: 0.05,
             filled_from: FilledFrom::default(),
         }
     }

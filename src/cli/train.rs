@@ -305,6 +305,14 @@ fn table(learned: &Learned, seconds: Option<f64>) -> Table {
         ));
     }
     table.caption("validation: unseen snapshots at places seen in training; the map from training snapshots only");
+    let rendered = learned.model.header.occupancy.is_some();
+    let people = recipe.augmentation.most_people(rendered);
+    if people > 0.0 && report.scores.validation.is_some() {
+        table.caption(format!(
+            "each as it was and once more with people before {:.0} % of the beams ([train.augmentation] people)",
+            100.0 * people
+        ));
+    }
     if let Some(scale) = learned.model.header.evidence_scale {
         table.caption(format!(
             "evidence of a snapshot counts to the power {scale:.3} in the filter: tuned on validation sequences"

@@ -11,8 +11,10 @@ pub mod net;
 pub mod random_projection;
 pub mod rendered;
 pub mod stacked;
+mod viewed;
 
 pub use config::{BoxedDetectorConfig, DetectorConfig, HandMade};
+pub use viewed::Viewed;
 
 use crate::{
     error::{Error, Result},

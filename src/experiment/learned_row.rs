@@ -6,7 +6,9 @@ use super::{
 };
 use crate::{
     belief::{Evidence, FeatureMap, GridMap, Places},
-    detector::{Detector, input::Input, random_projection::RandomProjection},
+    detector::{
+        Detector, Viewed, input::Input, net::NetDetector, random_projection::RandomProjection,
+    },
     error::Result,
     localiser::{PreparedSensorModel, sensor_model::PreparedEveryPose},
     mapping::OccupancyMap,
@@ -41,7 +43,7 @@ pub(super) fn learned_features<'a>(
         return Ok(method);
     }
     let n = model.features();
-    let detector = model.detector();
+    let detector = looking(context, model);
     let source = context.parts.source.as_ref();
     let as_kept = |features: Array2<f32>| match rounded {
         Rounded::No => features,
@@ -63,7 +65,7 @@ pub(super) fn learned_features<'a>(
     let activation = as_kept(model.activation.clone()).mapv(f64::from);
     let map = FeatureMap::new(places, activation, model.header.recipe.map.clone())?;
     let (bytes_per_place, evidence) = match rounded {
-        Rounded::No => (size_of::<f32>() * n, context.config.evidence),
+        Rounded::No => (size_of::<f32>() * n, context.evidence_for(n)),
         Rounded::ToBits => (n.div_ceil(8), Evidence::MeanField),
     };
     Ok(Method {
@@ -99,23 +101,28 @@ fn at_every_pose<'a>(
     let Some(at_candidates) = model.at_every_pose(candidates)? else {
         return Ok(None);
     };
-    let detector = model.detector();
+    let detector = looking(context, model);
     let answers = FeatureAnswers::of_run(&detector, context.parts.run)?;
     let at_candidates = map.as_kept(at_candidates.values.view()).mapv(f64::from);
     let at_candidates = GridMap::new(at_candidates)?;
-    let held_out = context.judge(&answers.run, &at_candidates, Evidence::MeanField)?;
-    let map = Arc::new(map);
-    let prepared = |answers| Arc::new(PreparedEveryPose::new(answers, Arc::clone(&map)));
     let source = context.parts.source.as_ref();
     let on_source = source.map(|source| detector.probabilities(&source.recording));
-    let on_source = on_source.transpose()?;
+    let answers = FeatureAnswers {
+        source: on_source.transpose()?,
+        ..answers
+    };
+    let held_out = context.judge(&answers, &at_candidates, Evidence::MeanField)?;
+    let map = Arc::new(map);
+    let prepared = |answers| Arc::new(PreparedEveryPose::new(answers, Arc::clone(&map)));
     Ok(Some(Method {
         motion: Some(model.header.motion.clone()),
         other_bytes: network_bytes(model) + model.occupancy.as_ref().map_or(0, OccupancyMap::bytes),
         fills_map: true,
         held_out,
         ready_ms: answers.ready_ms,
-        validation: on_source.map(|answers| prepared(answers) as Arc<dyn PreparedSensorModel>),
+        validation: answers
+            .source
+            .map(|answers| prepared(answers) as Arc<dyn PreparedSensorModel>),
         ..method(
             name,
             title,
@@ -123,6 +130,11 @@ fn at_every_pose<'a>(
             AnswersBy::PreparedSensor(prepared(answers.run)),
         )
     }))
+}
+
+/// A model's filters, as the configuration has them look at a snapshot.
+fn looking(context: &MethodContext<'_>, model: &Model) -> Viewed<NetDetector> {
+    Viewed::new(model.detector(), context.config.query_views, context.seed())
 }
 
 /// What the networks take on a robot.

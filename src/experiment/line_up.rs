@@ -83,8 +83,8 @@ fn all_learned<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
         .collect())
 }
 
-/// What a user of a range sensor has: an occupancy map, by its likelihood field, alone and with learned features, by its beam
-/// model, and in particle filters.
+/// What a user of a range sensor has: an occupancy map, by its likelihood field and by its beam model, each alone and with learned
+/// features, and in particle filters.
 fn with_map<'a>(
     context: &MethodContext<'a>,
     learned: &mut [Method<'a>],
@@ -94,8 +94,13 @@ fn with_map<'a>(
     };
     let field = map.field()?;
     let mut methods = with_field(context, learned, &map, &field)?;
-    let beam = map.beam_model();
-    methods.push(beam.unwrap_or_else(|fault| context.left_out(BEAM_MODEL, BEAM, &fault)));
+    match map.beam_model() {
+        Ok(mut beam) => {
+            methods.extend(with_learned(context, learned, &mut beam, "beam model")?);
+            methods.push(beam);
+        }
+        Err(fault) => methods.push(context.left_out(BEAM_MODEL, BEAM, &fault)),
+    }
     for particles in PARTICLES {
         methods.extend(map.monte_carlo(&field, particles)?);
     }

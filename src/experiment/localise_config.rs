@@ -11,6 +11,9 @@ use std::path::{Path, PathBuf};
 /// The seed where nobody names one.
 const FIRST_SEED: u64 = 1;
 
+/// Views of a snapshot, at most: each costs another answer.
+const MOST_VIEWS: usize = 64;
+
 /// How trials are played.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -30,6 +33,9 @@ pub struct LocaliseConfig {
     pub longest_gap_m: f64,
     /// How answers become likelihoods.
     pub evidence: Evidence,
+    /// From so many places beside each snapshot, up to 64, learned features are looked for again, and their answers averaged; where
+    /// scans can be drawn anew. Helps where the sensor sees what the map shows, and costs as many times the answer.
+    pub query_views: usize,
     /// Cells of the belief.
     pub grid: GridConfig,
     /// What the filter believes of odometry; nothing said: what the model learned of it.
@@ -61,6 +67,7 @@ impl Default for LocaliseConfig {
             longest_m: 30.0,
             longest_gap_m: 3.0,
             evidence: Evidence::MeanField,
+            query_views: 0,
             grid: GridConfig::default(),
             motion: None,
             start_spread_m: 0.3,
@@ -100,6 +107,9 @@ impl LocaliseConfig {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         if self.trials == 0 || self.resamples == 0 {
             return wrong("trials, localise.resamples", "at least 1 of each");
+        }
+        if self.query_views > MOST_VIEWS {
+            return wrong("query_views", "at most 64");
         }
         if self.trials > 100_000 || self.resamples > 1_000_000 {
             return wrong(

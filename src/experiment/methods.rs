@@ -21,7 +21,7 @@ use crate::{
     recogniser::Recogniser,
     seed::Seed,
 };
-use ndarray::{Array2, Axis};
+use ndarray::{ArrayView1, Axis};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -129,13 +129,12 @@ impl<'a> MethodContext<'a> {
         })
     }
 
-    /// How a code of so many features is held against its map: as the configuration says, but by mean field where there
-    /// are too many for all their outcomes.
+    /// How a code of so many features is held against its map: as the configuration says, but by mean field where that asks
+    /// for all outcomes and there are too many.
     pub fn evidence_for(&self, features: usize) -> Evidence {
-        if features > MAX_FEATURES {
-            Evidence::MeanField
-        } else {
-            self.config.evidence
+        match self.config.evidence {
+            Evidence::Jeffrey if features > MAX_FEATURES => Evidence::MeanField,
+            evidence => evidence,
         }
     }
 
@@ -209,7 +208,7 @@ impl<'a> MethodContext<'a> {
         bytes_per_place: usize,
         (answers, map, evidence): (FeatureAnswers, FeatureMap, Evidence),
     ) -> Result<Method<'a>> {
-        let held_out = self.judge(&answers.run, &map.at(&self.mapped.places)?, evidence)?;
+        let held_out = self.judge(&answers, &map.at(&self.mapped.places)?, evidence)?;
         let at_cells = match *map.places() == self.mapped.places {
             true => map.from_neighbours(&self.cells),
             false => map.at(self.grid.places()),
@@ -339,36 +338,74 @@ impl<'a> MethodContext<'a> {
         let known = some.par_iter();
         let known = known.map(|&k| self.ask(prepared.as_ref(), k, &anywhere));
         let known = known.collect::<Result<Vec<_>>>()?;
+        Ok(self.powers_of(&some, &known, &all))
+    }
+
+    /// The same of ln P(s | candidate) that is known, of `some` snapshots of all that the models learned from, whose places are `all`.
+    fn powers_of(&self, some: &[usize], known: &[Vec<f64>], all: &Places) -> Vec<(f64, f64)> {
+        let candidates = &self.mapped.places;
         let of_prior = |&prior: &Uncertainty| {
-            let counted = held_out::counted(prior, &all, &some, &candidates);
+            let counted = held_out::counted(prior, all, some, candidates);
             let rows: Vec<usize> = (0..some.len())
                 .filter(|&row| counted.binary_search(&some[row]).is_ok())
                 .collect();
             let truths = all.select(&counted);
-            evidence_tuning::tuned_power(prior, &truths, &candidates, |row| {
-                known[rows[row]].clone()
-            })
+            evidence_tuning::tuned_power(prior, &truths, candidates, |row| known[rows[row]].clone())
         };
-        Ok(self.priors.iter().map(of_prior).collect())
+        self.priors.iter().map(of_prior).collect()
     }
 
-    /// Single-snapshot error reductions of features under every prior, with a map of the training places: by mean field where
-    /// that is the evidence, else by the exact objective.
+    /// Single-snapshot error reductions of features under every prior, with a map of the training places. By the likelihood and by
+    /// mean field the power of the evidence is that of least error on the validation part, as of every other sensor model; the
+    /// other rules ask for the exact objective, which has none.
     pub(super) fn judge(
         &self,
-        answers: &Array2<f32>,
+        answers: &FeatureAnswers,
         at_candidates: &GridMap,
         evidence: Evidence,
     ) -> Result<Vec<ErrorReduction>> {
-        let candidates = self.mapped.places.clone();
-        self.on_counted(|prior, truths| {
-            let seen = answers.select(Axis(0), truths).mapv(f64::from);
-            let truths = self.parts.places.select(truths);
-            let (truths, map) = ((&truths, seen.view()), (&candidates, at_candidates));
-            match evidence {
-                Evidence::MeanField => Ok(held_out::by_mean_field(prior, truths, map)),
-                _ => held_out::by_features(prior, truths, map),
+        let candidates = &self.mapped.places;
+        let few = answers.run.ncols() <= MAX_FEATURES;
+        let rule = match evidence {
+            Evidence::Sampled | Evidence::Jeffrey if few => {
+                return self.on_counted(|prior, truths| {
+                    let seen = answers.run.select(Axis(0), truths).mapv(f64::from);
+                    let truths = self.parts.places.select(truths);
+                    held_out::by_features(
+                        prior,
+                        (&truths, seen.view()),
+                        (candidates, at_candidates),
+                    )
+                });
             }
+            Evidence::Likelihood => Evidence::Likelihood,
+            _ => Evidence::MeanField,
+        };
+        let anywhere = Belief::uniform(&Arc::new(candidates.clone()))?;
+        let ask = |answers: ArrayView1<f32>| {
+            let g: Vec<f64> = answers.iter().copied().map(f64::from).collect();
+            let mut unused = self.seed().stream("not drawn from");
+            let said = rule.log_likelihood(&g, at_candidates, &anywhere, &mut unused);
+            // What is no answer says nothing.
+            said.unwrap_or_else(|_| vec![0.0; candidates.len()])
+        };
+        let mut powers = match (&answers.source, self.parts.source.as_ref()) {
+            (Some(on_source), Some(source)) => {
+                let some = self.validated()?;
+                let known: Vec<_> = some.iter().map(|&k| ask(on_source.row(k))).collect();
+                self.powers_of(&some, &known, &Places::of(&source.recording))
+            }
+            _ => Vec::new(),
+        }
+        .into_iter();
+        self.on_counted(|prior, truths| {
+            let power = powers.next().map_or(1.0, |(power, _)| power);
+            let at = self.parts.places.select(truths);
+            Ok(held_out::by_likelihood(prior, &at, candidates, |truth| {
+                let mut l = ask(answers.run.row(truths[truth]));
+                l.iter_mut().for_each(|l| *l *= power);
+                l
+            }))
         })
     }
 
@@ -386,3 +423,6 @@ impl<'a> MethodContext<'a> {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests;

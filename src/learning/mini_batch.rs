@@ -179,30 +179,31 @@ impl TrainingSet<'_> {
             shift_m,
             turn_rad,
             dropped_beams,
-            people,
             ..
         } = *config;
+        let people = config.most_people(self.every_pose.is_some());
         if [shift_m, turn_rad, dropped_beams, people] == [0.0; 4] {
             return Ok(None);
         }
         let snapshots: Vec<usize> = truths.iter().map(|&k| self.snapshots[k]).collect();
         let moves = Moves { shift_m, turn_rad };
         let seen = views.drawn(&snapshots, &moves, random)?;
-        blinded(seen, config, random).map(Some)
+        blinded(seen, people, dropped_beams, random).map(Some)
     }
 }
 
-/// Snapshots with people in the way and beams dropped, as a recipe has it.
+/// Snapshots with people in the way of up to `people` of their beams, and `dropped` of them without return.
 pub(super) fn blinded(
     mut seen: Recording,
-    config: &AugmentationConfig,
+    people: f64,
+    dropped: f64,
     random: &mut Stream,
 ) -> Result<Recording> {
-    if config.people > 0.0 {
-        seen = seen.with_people_drawn(config.people, random)?;
+    if people > 0.0 {
+        seen = seen.with_people_drawn(people, random)?;
     }
-    if config.dropped_beams > 0.0 {
-        seen = drop_beams(seen, config.dropped_beams, random)?;
+    if dropped > 0.0 {
+        seen = drop_beams(seen, dropped, random)?;
     }
     Ok(seen)
 }

@@ -149,7 +149,11 @@ impl Lesson {
         let truths = index::sample(random, self.later.len(), count).into_vec();
         let uncertainty = (0..count).map(|_| draw_uncertainty(recipe, random));
         let uncertainty = uncertainty.collect();
-        let seen = blinded(self.later.select(&truths)?, &recipe.augmentation, random)?;
+        let (people, dropped) = (
+            recipe.augmentation.most_people(true),
+            recipe.augmentation.dropped_beams,
+        );
+        let seen = blinded(self.later.select(&truths)?, people, dropped, random)?;
         let places = Places::of(&seen);
         let rendered = recipe.descent.rendered_per_step;
         let (candidates, rendered) = self.every_pose.draw(&places, rendered, random);

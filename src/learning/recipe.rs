@@ -178,13 +178,21 @@ pub struct AugmentationConfig {
     /// Share of a range scan's beams that come back without return, in blocks as a person in the way makes them.
     pub dropped_beams: f64,
     /// Most of a range scan's beams that people are in the way of, as a share; how many of each truth's is drawn. Stretches of
-    /// 3° to 20° end before what they met.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub people: f64,
+    /// 3° to 20° end before what they met. The validation part is judged as it is and once more with so many. Not said: 0.3 where the
+    /// map is filled from rendered scans, which show nobody, else 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub people: Option<f64>,
 }
 
-fn is_zero(share: &f64) -> bool {
-    *share == 0.0
+/// People before rendered scans' real counterparts, where nobody says how many.
+const PEOPLE: f64 = 0.3;
+
+impl AugmentationConfig {
+    /// Most of a scan's beams that people are in the way of, with or without a map that is filled from rendered scans.
+    pub fn most_people(&self, rendered: bool) -> f64 {
+        let usual = if rendered { PEOPLE } else { 0.0 };
+        self.people.unwrap_or(usual)
+    }
 }
 
 /// Which prior uncertainty a truth of a step has: the one stated, or one drawn for it. One set of features then serves
@@ -283,7 +291,7 @@ impl Default for AugmentationConfig {
             shift_m: 0.3,
             turn_rad: 0.2,
             dropped_beams: 0.0,
-            people: 0.0,
+            people: None,
         }
     }
 }

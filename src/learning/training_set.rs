@@ -17,7 +17,7 @@ use crate::{
     recording::{Recording, split::Split, viewpoint::Views},
     seed::Seed,
 };
-use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, CowArray, Ix2};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, CowArray, Ix2, concatenate};
 use rstar::{RTree, primitives::GeomWithData};
 
 /// A snapshot outside the training part counts in a judgement if training saw a place this near …
@@ -57,8 +57,10 @@ pub struct TrainingSet<'a> {
 
 /// Snapshots that training does not see, at places that it does: their error under the trained map.
 pub struct ValidationSet {
-    /// Normalised inputs, `[snapshot, input]`.
+    /// Normalised inputs, `[snapshot, input]`: as they are, and where training puts people in the way, once more with people.
     pub inputs: Array2<f32>,
+    /// Their indices in the recording, each once.
+    snapshots: Vec<usize>,
     problem: Problem,
 }
 
@@ -124,6 +126,21 @@ impl<'a> TrainingSet<'a> {
             &places,
             &split.validation,
         )?;
+        let people = recipe.augmentation.most_people(every_pose.is_some());
+        let validation_set = match validation_set {
+            Some(set) if people > 0.0 => {
+                let crowded = recording.select(&set.snapshots)?;
+                let every: Vec<usize> = (0..crowded.len()).collect();
+                let crowded = crowded.with_people(&every, people, Seed(recipe.seed))?;
+                Some(set.also(
+                    recipe,
+                    &map,
+                    (&all_places, &places),
+                    &input.transform(&crowded)?,
+                )?)
+            }
+            set => set,
+        };
         Ok(Self {
             inputs: all_inputs.select(Axis(0), &split.train),
             input,
@@ -227,7 +244,11 @@ impl<'a> TrainingSet<'a> {
         truth: ArrayView2<f32>,
         training: ArrayView2<f32>,
     ) -> Result<ErrorReduction> {
-        validation_set.problem.judge(truth, training)
+        let judged = validation_set.problem.judge(truth, training)?;
+        Ok(ErrorReduction {
+            snapshots: validation_set.snapshots.len(),
+            ..judged
+        })
     }
 }
 
@@ -275,8 +296,24 @@ impl ValidationSet {
         }
         Ok(Some(Self {
             inputs: all_inputs.select(Axis(0), &counted),
+            snapshots: counted,
             problem,
         }))
+    }
+
+    /// The snapshots once more, with other inputs.
+    fn also(
+        mut self,
+        recipe: &Recipe,
+        map: &MapConfig,
+        (all_places, places): (&Places, &Places),
+        inputs: &Array2<f32>,
+    ) -> Result<Self> {
+        self.inputs = concatenate(Axis(0), &[self.inputs.view(), inputs.view()])
+            .map_err(|e| Error::work(format!("inputs of the validation part: {e}")))?;
+        let twice = [&self.snapshots[..], &self.snapshots].concat();
+        self.problem = Problem::reported(recipe, map, &all_places.select(&twice), places)?;
+        Ok(self)
     }
 }
 

@@ -3,6 +3,7 @@
 use super::sensor_model::{EveryPose, EvidenceScale, LearnedFeatures, SensorModel};
 use crate::{
     belief::{BayesFilter, Belief, Evidence, Grid, GridConfig, OdometryMotion, Places},
+    detector::Viewed,
     error::{Error, Result},
     geometry::{Displacement, Pose},
     model::Model,
@@ -28,7 +29,10 @@ pub struct LiveConfig {
     /// Power of a snapshot's evidence, above 0; none: as tuned when the model was trained, or 1, at its word, where it was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evidence_scale: Option<f64>,
-    /// Of the features that sampled evidence draws.
+    /// From so many places beside each snapshot the features are looked for again, and their answers averaged; where scans can be
+    /// drawn anew.
+    pub query_views: usize,
+    /// Of the features that sampled evidence draws, and of the views.
     pub seed: u64,
 }
 
@@ -39,6 +43,7 @@ impl Default for LiveConfig {
             evidence: Evidence::MeanField,
             motion: None,
             evidence_scale: None,
+            query_views: 0,
             seed: 0,
         }
     }
@@ -108,7 +113,8 @@ impl LiveLocaliser {
     /// or the grid would have too many cells.
     pub fn with_config(model: &Model, config: &LiveConfig) -> Result<Self> {
         let grid = Arc::new(Grid::over(&model.places(), &config.grid)?);
-        let detector = Arc::new(model.detector());
+        let detector = Viewed::new(model.detector(), config.query_views, Seed(config.seed));
+        let detector = Arc::new(detector);
         let at_every_pose = match config.evidence {
             Evidence::MeanField => model.code_map(&grid, false)?,
             _ => None,

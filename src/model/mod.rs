@@ -34,6 +34,7 @@ pub mod seen;
 mod shipped;
 mod trained_model;
 mod training;
+mod visits;
 
 pub use header::{Header, OccupancyHeader, Scores, TrainingRecord};
 pub use note::Note;

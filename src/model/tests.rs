@@ -345,3 +345,24 @@ fn a_rendered_map_comes_back_and_what_is_none_is_refused() {
     header["occupancy"]["cell_m"] = json!(-0.25);
     refused(&header.to_string(), &whole, &[place, "-0.25"]);
 }
+
+#[test]
+fn where_the_robot_has_been_the_map_is_half_of_what_it_saw() {
+    let mut model = rendered_model();
+    // Far apart, so that no pose has two visits.
+    model.pose = (0..40).map(|k| Pose::new(f64::from(k), 9.0, 0.0)).collect();
+    model.pose[3] = Pose::new(-0.3, 1.0, 0.2);
+    let (there, turned) = (model.pose[3], Pose::new(-0.3, 1.0, 0.6));
+    let mut answers = |seen: f32| {
+        model.activation.row_mut(3).fill(seen);
+        let at = model.at_every_pose(&[there, turned]).unwrap();
+        at.unwrap().values
+    };
+    let (none, all) = (answers(0.0), answers(1.0));
+    // All but what no map knows.
+    let half = 0.5 * (1.0 - 0.05);
+    for i in 0..2 {
+        assert!((all[(0, i)] - none[(0, i)] - half).abs() < 1e-6);
+        assert_eq!(all[(1, i)], none[(1, i)]);
+    }
+}

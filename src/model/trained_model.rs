@@ -1,6 +1,6 @@
 //! A trained set of filters and its map, in memory.
 
-use super::header::Header;
+use super::{header::Header, visits::Visits};
 use crate::{
     belief::{CodeMap, FeatureMap, Grid, Places},
     detector::{
@@ -77,21 +77,39 @@ impl Model {
         ))
     }
 
-    /// P(f_i = 1 | ξ) of the scans that are rendered at some poses, `[pose, feature]`, and whether the map says what is to be
-    /// seen there; none where the map is filled from visits.
+    /// P(f_i = 1 | ξ) at some poses, `[pose, feature]`, and whether the map says what is to be seen there: of the scans that are
+    /// rendered there, and where the robot has been, as much of what was seen then. None where the map is filled from visits alone.
     ///
     /// # Errors
     /// Where the networks fail.
     pub fn at_every_pose(&self, poses: &[Pose]) -> Result<Option<AtPoses>> {
+        let Some(mut at) = self.as_rendered(poses)? else {
+            return Ok(None);
+        };
+        let visits = Visits::new(&self.pose);
+        for (pose, mut values) in poses.iter().zip(at.values.rows_mut()) {
+            let here = visits.at(pose);
+            if !here.is_empty() {
+                let weight = 0.5 / here.len() as f32;
+                values *= 0.5;
+                for k in here {
+                    values.scaled_add(weight, &self.activation.row(k));
+                }
+            }
+        }
+        let unmodelled = self.header.recipe.map.unmodelled_when_rendered as f32;
+        at.values
+            .mapv_inplace(|m| (1.0 - unmodelled) * m + 0.5 * unmodelled);
+        Ok(Some(at))
+    }
+
+    /// What the networks answer to the scans that are rendered at some poses.
+    fn as_rendered(&self, poses: &[Pose]) -> Result<Option<AtPoses>> {
         let Some(rendered) = self.rendered_inputs() else {
             return Ok(None);
         };
-        let (detector, unmodelled) = (
-            self.detector(),
-            self.header.recipe.map.unmodelled_probability,
-        );
-        let kept_off = |g: f32| (1.0 - unmodelled as f32) * g + 0.5 * unmodelled as f32;
-        let answer = |inputs: ArrayView2<f32>| Ok(detector.respond(inputs)?.mapv(kept_off));
+        let detector = self.detector();
+        let answer = |inputs: ArrayView2<f32>| detector.respond(inputs);
         rendered?.at_as(poses, self.features(), answer).map(Some)
     }
 
@@ -111,7 +129,8 @@ impl Model {
         if !as_bits {
             return CodeMap::probabilities(probability, seen).map(Some);
         }
-        let Some(at_training) = self.at_every_pose(&self.pose)? else {
+        // Not what was seen there: every example would speak for itself.
+        let Some(at_training) = self.as_rendered(&self.pose)? else {
             return Ok(None);
         };
         let examples = (self.activation.view(), at_training.values.view());

@@ -65,6 +65,36 @@ fn training_set<T>(
 }
 
 #[test]
+fn validation_snapshots_are_judged_with_people_too_where_scans_are_rendered() {
+    let recording = recording(false);
+    let (train, validation) = (0..recording.len()).partition(|k| k % 4 > 0);
+    let split = Split {
+        train,
+        validation,
+        ..Split::default()
+    };
+    let inputs = |people: Option<f64>, filled_from| {
+        let mut recipe = recipe(filled_from);
+        recipe.augmentation.people = people;
+        let set = TrainingSet::prepare(&recipe, &recording, &split).unwrap();
+        let validation_set = set.validation_set.as_ref().unwrap();
+        let truths = Array2::from_elem((validation_set.inputs.nrows(), 2), 0.5);
+        let map = Array2::from_elem((set.candidates().nrows(), 2), 0.5);
+        let judged = set.validate(validation_set, truths.view(), map.view());
+        assert_eq!(judged.unwrap().snapshots, 30);
+        validation_set.inputs.clone()
+    };
+    let as_it_was = inputs(Some(0.0), FilledFrom::Auto);
+    assert_eq!(as_it_was.nrows(), 30);
+    let usual = inputs(None, FilledFrom::Auto);
+    let half = |number: usize| usual.slice_axis(Axis(0), (30 * number..30 * (number + 1)).into());
+    assert_eq!((usual.nrows(), half(0)), (60, as_it_was.view()));
+    assert_ne!(half(1), as_it_was);
+    assert_eq!(inputs(None, FilledFrom::Visits).nrows(), 30);
+    assert_eq!(inputs(Some(0.4), FilledFrom::Visits).nrows(), 60);
+}
+
+#[test]
 fn candidates_are_rendered_beside_the_truths_and_anywhere() {
     let recording = recording(false);
     training_set(&recipe(FilledFrom::Auto), &recording, |set| {

@@ -95,7 +95,7 @@ fn people_stand_before_truths_and_not_before_candidates() {
             input_noise: 0.0,
             shift_m: 0.0,
             turn_rad: 0.0,
-            people,
+            people: Some(people),
             ..AugmentationConfig::default()
         };
         with_lesson(&recipe, |training_set| {

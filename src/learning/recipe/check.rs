@@ -55,7 +55,7 @@ impl Recipe {
         let p = &self.priors;
         let shares = [
             ("augmentation.dropped_beams", a.dropped_beams),
-            ("augmentation.people", a.people),
+            ("augmentation.people", a.people.unwrap_or(0.0)),
             ("priors.stated", self.stated_share()),
             ("priors.global", p.global),
         ];
@@ -90,7 +90,7 @@ impl Recipe {
                 || a.shift_m > 0.0
                 || a.turn_rad > 0.0
                 || a.dropped_beams > 0.0
-                || a.people > 0.0)
+                || a.people.is_some_and(|people| people > 0.0))
         {
             return wrong(
                 "descent.truths_per_step",
@@ -158,13 +158,18 @@ impl Recipe {
                 );
             }
         }
-        let unmodelled = self.map.unmodelled_probability;
-        if !(0.0..1.0).contains(&unmodelled) {
-            return wrong(
+        let shares = [
+            (
                 "map.unmodelled_probability",
-                &unmodelled,
-                "0 or more, below 1",
-            );
+                self.map.unmodelled_probability,
+            ),
+            (
+                "map.unmodelled_when_rendered",
+                self.map.unmodelled_when_rendered,
+            ),
+        ];
+        if let Some((key, value)) = shares.into_iter().find(|(_, u)| !(0.0..1.0).contains(u)) {
+            return wrong(key, &value, "0 or more, below 1");
         }
         self.input.check()?;
         self.network.check()?;

@@ -68,7 +68,7 @@ impl Recipe {
                 shift_m: 0.0,
                 turn_rad: 0.0,
                 dropped_beams: 0.0,
-                people: 0.0,
+                people: Some(0.0),
             },
             priors: PriorMix {
                 stated: Some(1.0),

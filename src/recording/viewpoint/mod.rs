@@ -9,13 +9,13 @@ mod tests;
 
 pub use scan::Viewpoint;
 
-use super::{Channel, Columns, Recording};
+use super::{Channel, Recording};
 use crate::{
     error::{Error, Result},
     geometry::{Displacement, Pose, wrapped},
     seed::Stream,
 };
-use ndarray::Axis;
+use ndarray::{Array2, ArrayView2, Axis};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -104,14 +104,7 @@ impl<'a> Views<'a> {
     /// # Errors
     /// Where a bearing is not a finite number; the message names the channel.
     pub fn of(recording: &'a Recording) -> Result<Option<Self>> {
-        let (mut scans, mut from) = (Vec::new(), 0);
-        for channel in recording.channels() {
-            let columns = from..from + channel.width;
-            from = columns.end;
-            if let Some(viewpoint) = viewpoint(channel)? {
-                scans.push((columns, viewpoint));
-            }
-        }
+        let scans = scans(recording.channels())?;
         if scans.is_empty() {
             return Ok(None);
         }
@@ -154,7 +147,7 @@ impl<'a> Views<'a> {
             )));
         }
         let mut columns = self.recording.select(snapshots)?.into_columns();
-        self.draw_scans(&mut columns, steps);
+        render_rows(&mut columns.values, &self.scans, |k| steps[k]);
         if let (Some(route_m), Some(ways)) = (&mut columns.route_m, &self.ways) {
             for (i, (route_m, &k)) in route_m.iter_mut().zip(snapshots).enumerate() {
                 let from = columns.pose[i];
@@ -173,25 +166,58 @@ impl<'a> Views<'a> {
         (columns.source_sha256, columns.dataset_sha256) = (None, None);
         Recording::new(columns)
     }
+}
 
-    fn draw_scans(&self, columns: &mut Columns, steps: &[Displacement]) {
-        columns
-            .values
-            .axis_iter_mut(Axis(0))
-            .into_par_iter()
-            .zip(steps)
-            .for_each(|(mut row, &step)| {
-                let recorded = row.to_vec();
-                let mut drawn = recorded.clone();
-                for (columns, viewpoint) in &self.scans {
-                    let columns = columns.clone();
-                    viewpoint.render(&recorded[columns.clone()], step, &mut drawn[columns]);
-                }
-                row.iter_mut()
-                    .zip(drawn)
-                    .for_each(|(value, drawn)| *value = drawn);
-            });
+/// Readings `[snapshot, value]` of `channels` side by side, as a robot would have them that has made a step: scans are drawn anew,
+/// other channels repeated as they are. `None` where no channel is a range scan with bearings.
+///
+/// # Errors
+/// Where a bearing is not a finite number; the message names the channel.
+pub fn after_step(
+    channels: &[Channel],
+    values: ArrayView2<f32>,
+    step: Displacement,
+) -> Result<Option<Array2<f32>>> {
+    let scans = scans(channels)?;
+    if scans.is_empty() {
+        return Ok(None);
     }
+    let mut moved = values.to_owned();
+    render_rows(&mut moved, &scans, |_| step);
+    Ok(Some(moved))
+}
+
+/// Columns of the channels that can be drawn anew, and how.
+fn scans(channels: &[Channel]) -> Result<Vec<(Range<usize>, Viewpoint)>> {
+    let (mut scans, mut from) = (Vec::new(), 0);
+    for channel in channels {
+        let columns = from..from + channel.width;
+        from = columns.end;
+        if let Some(viewpoint) = viewpoint(channel)? {
+            scans.push((columns, viewpoint));
+        }
+    }
+    Ok(scans)
+}
+
+/// Draws the scans of every row anew, as seen after the step of that row.
+fn render_rows(
+    values: &mut Array2<f32>,
+    scans: &[(Range<usize>, Viewpoint)],
+    step_of: impl Fn(usize) -> Displacement + Sync,
+) {
+    let rows = values.axis_iter_mut(Axis(0)).into_par_iter().enumerate();
+    rows.for_each(|(k, mut row)| {
+        let recorded = row.to_vec();
+        let mut drawn = recorded.clone();
+        for (columns, viewpoint) in scans {
+            let columns = columns.clone();
+            viewpoint.render(&recorded[columns.clone()], step_of(k), &mut drawn[columns]);
+        }
+        row.iter_mut()
+            .zip(drawn)
+            .for_each(|(value, drawn)| *value = drawn);
+    });
 }
 
 fn viewpoint(channel: &Channel) -> Result<Option<Viewpoint>> {

@@ -1,6 +1,7 @@
 //! What must hold for recordings of moved snapshots.
 
 use super::*;
+use crate::recording::Columns;
 use crate::seed::Seed;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
