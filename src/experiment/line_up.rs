@@ -96,7 +96,7 @@ fn with_map<'a>(
     let mut methods = with_field(context, learned, &map, &field)?;
     match map.beam_model() {
         Ok(mut beam) => {
-            methods.extend(with_learned(context, learned, &mut beam, "beam model")?);
+            methods.extend(with_learned(context, learned, &mut beam, "beams")?);
             methods.push(beam);
         }
         Err(fault) => methods.push(context.left_out(BEAM_MODEL, BEAM, &fault)),

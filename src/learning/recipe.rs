@@ -349,7 +349,7 @@ impl Default for DescentConfig {
             candidates_per_step: 600,
             rendered_per_step: 600,
             validate_every: 50,
-            patience: 1500,
+            patience: 750,
             checkpoint_every: 100,
             cross_entropy: 0.1,
             map_in_objective: true,

@@ -38,6 +38,7 @@ fn every_contender_is_in_the_table_and_in_the_json() {
     for title in [
         "2 learned features",
         "2 learned features + map",
+        "2 learned features + beams",
         "occupancy map",
         "raw-scan kernel",
         "kernel, 24 views",
@@ -407,8 +408,9 @@ fn the_demo_goes_all_the_way() {
         .lines()
         .filter(|l| l.starts_with("4 learned, ") && !l.contains(" against "))
         .collect();
-    // Of each prior: alone, with the map, with the field of the readings; alone and with the map once more among people.
-    assert_eq!(lines.len(), 6 + 4, "{}", answer.stdout);
+    // Of each prior: alone, with the map, its beam model and the field of the readings; alone and with the map once more among
+    // people.
+    assert_eq!(lines.len(), 8 + 4, "{}", answer.stdout);
     assert!(
         answer.stdout.contains("people before 30 % of the beams"),
         "{}",
