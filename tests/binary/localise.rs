@@ -30,6 +30,36 @@ fn trained(place: &Workplace) {
 }
 
 #[test]
+fn a_snapshot_may_be_looked_at_again_from_beside() {
+    let place = Workplace::new();
+    trained(&place);
+    let data = shipped("datasets/corridor-small.npz");
+    let errors = |views: usize| {
+        place.write(
+            "c.toml",
+            &format!("[localise]\ntrials = 2\nquery_views = {views}\n"),
+        );
+        let arguments = ["localise", "m.safetensors", &data, "--config", "c.toml"];
+        let answer = place.ballmark(&[&arguments[..], &["--json"]].concat());
+        if views > 64 {
+            answer.refused(2, &["localise.query_views", "at most 64"]);
+            return Default::default();
+        }
+        let result: serde_json::Value = serde_json::from_str(&answer.done().stdout).unwrap();
+        result["systems"]
+            .as_array()
+            .expect("systems")
+            .iter()
+            .map(|m| (m["name"].to_string(), m["error_by_distance"].to_string()))
+            .collect::<std::collections::BTreeMap<String, String>>()
+    };
+    let (once, again) = (errors(0), errors(2));
+    let differ = |name: &str| once[name] != again[name];
+    assert!(differ("\"learned\"") && !differ("\"kernel\""), "{once:?}");
+    errors(65);
+}
+
+#[test]
 fn every_contender_is_in_the_table_and_in_the_json() {
     let place = Workplace::new();
     trained(&place);
