@@ -37,7 +37,7 @@ fn a_snapshot_may_be_looked_at_again_from_beside() {
     let errors = |views: usize| {
         place.write(
             "c.toml",
-            &format!("[localise]\ntrials = 2\nquery_views = {views}\n"),
+            format!("[localise]\ntrials = 2\nquery_views = {views}\n"),
         );
         let arguments = ["localise", "m.safetensors", &data, "--config", "c.toml"];
         let answer = place.ballmark(&[&arguments[..], &["--json"]].concat());
