@@ -14,7 +14,7 @@ pub mod stacked;
 mod viewed;
 
 pub use config::{BoxedDetectorConfig, DetectorConfig, HandMade};
-pub use viewed::Viewed;
+pub use viewed::{MOST_VIEWS, Viewed};
 
 use crate::{
     error::{Error, Result},

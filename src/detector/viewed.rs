@@ -18,6 +18,9 @@ const SHIFT_M: f64 = 0.05;
 /// … and how far turned, in radians: standard deviations. Wider views cost recall where people are in the way.
 const TURN_RAD: f64 = 0.03;
 
+/// Most views of a snapshot that configurations take: each costs another answer.
+pub const MOST_VIEWS: usize = 64;
+
 /// A detector whose answer is the mean of its answers to a snapshot and to the same, drawn anew, from places beside. Readings that
 /// can't be drawn anew are answered as they are.
 ///

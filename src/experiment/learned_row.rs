@@ -102,16 +102,16 @@ fn at_every_pose<'a>(
         return Ok(None);
     };
     let detector = looking(context, model);
-    let answers = FeatureAnswers::of_run(&detector, context.parts.run)?;
+    let on_run = FeatureAnswers::of_run(&detector, context.parts.run)?;
     let at_candidates = map.as_kept(at_candidates.values.view()).mapv(f64::from);
-    let at_candidates = GridMap::new(at_candidates)?;
+    let at_candidates = Arc::new(GridMap::new(at_candidates)?);
     let source = context.parts.source.as_ref();
     let on_source = source.map(|source| detector.probabilities(&source.recording));
     let answers = FeatureAnswers {
         source: on_source.transpose()?,
-        ..answers
+        ..on_run
     };
-    let held_out = context.judge(&answers, &at_candidates, Evidence::MeanField)?;
+    let held_out = context.held_out_by_features(&answers, &at_candidates, Evidence::MeanField)?;
     let map = Arc::new(map);
     let prepared = |answers| Arc::new(PreparedEveryPose::new(answers, Arc::clone(&map)));
     Ok(Some(Method {
@@ -134,7 +134,8 @@ fn at_every_pose<'a>(
 
 /// A model's filters, as the configuration has them look at a snapshot.
 fn looking(context: &MethodContext<'_>, model: &Model) -> Viewed<NetDetector> {
-    Viewed::new(model.detector(), context.config.query_views, context.seed())
+    let views = context.config.query_views;
+    Viewed::new(model.detector(), views, context.seed())
 }
 
 /// What the networks take on a robot.

@@ -2,6 +2,7 @@
 
 use crate::{
     belief::{Evidence, GridConfig, OdometryMotion},
+    detector::MOST_VIEWS,
     error::{Error, Result},
     seed::Seed,
 };
@@ -10,9 +11,6 @@ use std::path::{Path, PathBuf};
 
 /// The seed where nobody names one.
 const FIRST_SEED: u64 = 1;
-
-/// Views of a snapshot, at most: each costs another answer.
-const MOST_VIEWS: usize = 64;
 
 /// How trials are played.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -109,7 +107,7 @@ impl LocaliseConfig {
             return wrong("trials, localise.resamples", "at least 1 of each");
         }
         if self.query_views > MOST_VIEWS {
-            return wrong("query_views", "at most 64");
+            return wrong("query_views", &format!("at most {MOST_VIEWS}"));
         }
         if self.trials > 100_000 || self.resamples > 1_000_000 {
             return wrong(

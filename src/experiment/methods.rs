@@ -2,17 +2,16 @@
 //! whole localisers, built-in or of one's own.
 
 use super::{
-    evidence_tuning, held_out,
     localise_config::LocaliseConfig,
     mapped::Mapped,
     method::{AnswersBy, FeatureAnswers, Method, method},
     parts::{Parts, TrainingSource},
 };
 use crate::{
-    belief::{Belief, Evidence, FeatureMap, Grid, GridMap, Neighbours, Places, Uncertainty},
+    belief::{Evidence, FeatureMap, Grid, Neighbours, Uncertainty},
     detector::Detector,
     error::{Error, Result},
-    learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES, training_set::covered},
+    learning::objective::MAX_FEATURES,
     localiser::{
         Localiser, PreparedSensorModel, SensorModel, responses::ResponseModel,
         sensor_model::PreparedFeatures,
@@ -21,12 +20,8 @@ use crate::{
     recogniser::Recogniser,
     seed::Seed,
 };
-use ndarray::{ArrayView1, Axis};
-use rayon::prelude::*;
+use ndarray::Axis;
 use std::sync::Arc;
-
-/// Snapshots of the validation part that are enough to choose a power by.
-const MAX_VALIDATED: usize = 300;
 
 /// Everything that does not depend on the method, and what makes methods.
 ///
@@ -208,7 +203,8 @@ impl<'a> MethodContext<'a> {
         bytes_per_place: usize,
         (answers, map, evidence): (FeatureAnswers, FeatureMap, Evidence),
     ) -> Result<Method<'a>> {
-        let held_out = self.judge(&answers, &map.at(&self.mapped.places)?, evidence)?;
+        let at_candidates = Arc::new(map.at(&self.mapped.places)?);
+        let held_out = self.held_out_by_features(&answers, &at_candidates, evidence)?;
         let at_cells = match *map.places() == self.mapped.places {
             true => map.from_neighbours(&self.cells),
             false => map.at(self.grid.places()),
@@ -280,149 +276,4 @@ impl<'a> MethodContext<'a> {
             ..method(name, title, None, AnswersBy::Sensor(at_cells.into()))
         })
     }
-
-    /// Single-snapshot error reductions of a sensor model that answers for the training places, under every prior. The power
-    /// of its evidence is that of least error on the validation part.
-    fn held_out(&self, alone: &dyn SensorModel) -> Result<Vec<ErrorReduction>> {
-        let places = Arc::new(self.mapped.places.clone());
-        let anywhere = Belief::uniform(&places)?;
-        let covered = self.parts.covered(&self.mapped.places);
-        let on_run = alone.prepare(self.parts.run, &covered)?;
-        let mut powers = self.tuned_powers(alone)?.into_iter();
-        // What fails of one snapshot fails of all: asked once here, then not expected.
-        if let Some(&first) = covered.first() {
-            self.ask(on_run.as_ref(), first, &anywhere)?;
-        }
-        self.on_counted(|prior, truths| {
-            let power = powers.next().map_or(1.0, |(power, _)| power);
-            let at = self.parts.places.select(truths);
-            Ok(held_out::by_likelihood(prior, &at, &places, |truth| {
-                let answer = self.ask(on_run.as_ref(), truths[truth], &anywhere);
-                let mut l = answer.unwrap_or_else(|_| vec![0.0; places.len()]);
-                l.iter_mut().for_each(|l| *l *= power);
-                l
-            }))
-        })
-    }
-
-    /// ln P(s | candidate) of a snapshot, from a sensor model that draws no random numbers.
-    fn ask(
-        &self,
-        prepared: &dyn PreparedSensorModel,
-        snapshot: usize,
-        anywhere: &Belief,
-    ) -> Result<Vec<f64>> {
-        let mut unused = self.seed().stream("not drawn from");
-        prepared.log_likelihood(snapshot, anywhere, &mut unused)
-    }
-
-    /// Snapshots of the validation part at places that training saw, evenly spaced: as many as settle a constant.
-    pub(super) fn validated(&self) -> Result<Vec<usize>> {
-        let source = self.source()?;
-        let all = Places::of(&source.recording);
-        let validation = covered(&all, &source.validation, &self.mapped.places);
-        let every = validation.len().div_ceil(MAX_VALIDATED).max(1);
-        Ok(validation.into_iter().step_by(every).collect())
-    }
-
-    /// Of every prior, the power of a sensor model's evidence that leaves least error of single snapshots of the validation part,
-    /// and that error in metres (infinite where nothing can be validated). `alone` answers for the training places.
-    pub(super) fn tuned_powers(&self, alone: &dyn SensorModel) -> Result<Vec<(f64, f64)>> {
-        let source = self.source()?;
-        let (candidates, all) = (
-            Arc::new(self.mapped.places.clone()),
-            Places::of(&source.recording),
-        );
-        let (some, anywhere) = (self.validated()?, Belief::uniform(&candidates)?);
-        let prepared = alone.prepare(&source.recording, &some)?;
-        let known = some.par_iter();
-        let known = known.map(|&k| self.ask(prepared.as_ref(), k, &anywhere));
-        let known = known.collect::<Result<Vec<_>>>()?;
-        Ok(self.powers_of(&some, &known, &all))
-    }
-
-    /// The same of ln P(s | candidate) that is known, of `some` snapshots of all that the models learned from, whose places are `all`.
-    fn powers_of(&self, some: &[usize], known: &[Vec<f64>], all: &Places) -> Vec<(f64, f64)> {
-        let candidates = &self.mapped.places;
-        let of_prior = |&prior: &Uncertainty| {
-            let counted = held_out::counted(prior, all, some, candidates);
-            let rows: Vec<usize> = (0..some.len())
-                .filter(|&row| counted.binary_search(&some[row]).is_ok())
-                .collect();
-            let truths = all.select(&counted);
-            evidence_tuning::tuned_power(prior, &truths, candidates, |row| known[rows[row]].clone())
-        };
-        self.priors.iter().map(of_prior).collect()
-    }
-
-    /// Single-snapshot error reductions of features under every prior, with a map of the training places. By the likelihood and by
-    /// mean field the power of the evidence is that of least error on the validation part, as of every other sensor model; the
-    /// other rules ask for the exact objective, which has none.
-    pub(super) fn judge(
-        &self,
-        answers: &FeatureAnswers,
-        at_candidates: &GridMap,
-        evidence: Evidence,
-    ) -> Result<Vec<ErrorReduction>> {
-        let candidates = &self.mapped.places;
-        let few = answers.run.ncols() <= MAX_FEATURES;
-        let rule = match evidence {
-            Evidence::Sampled | Evidence::Jeffrey if few => {
-                return self.on_counted(|prior, truths| {
-                    let seen = answers.run.select(Axis(0), truths).mapv(f64::from);
-                    let truths = self.parts.places.select(truths);
-                    held_out::by_features(
-                        prior,
-                        (&truths, seen.view()),
-                        (candidates, at_candidates),
-                    )
-                });
-            }
-            Evidence::Likelihood => Evidence::Likelihood,
-            _ => Evidence::MeanField,
-        };
-        let anywhere = Belief::uniform(&Arc::new(candidates.clone()))?;
-        let ask = |answers: ArrayView1<f32>| {
-            let g: Vec<f64> = answers.iter().copied().map(f64::from).collect();
-            let mut unused = self.seed().stream("not drawn from");
-            let said = rule.log_likelihood(&g, at_candidates, &anywhere, &mut unused);
-            // What is no answer says nothing.
-            said.unwrap_or_else(|_| vec![0.0; candidates.len()])
-        };
-        let mut powers = match (&answers.source, self.parts.source.as_ref()) {
-            (Some(on_source), Some(source)) => {
-                let some = self.validated()?;
-                let known: Vec<_> = some.iter().map(|&k| ask(on_source.row(k))).collect();
-                self.powers_of(&some, &known, &Places::of(&source.recording))
-            }
-            _ => Vec::new(),
-        }
-        .into_iter();
-        self.on_counted(|prior, truths| {
-            let power = powers.next().map_or(1.0, |(power, _)| power);
-            let at = self.parts.places.select(truths);
-            Ok(held_out::by_likelihood(prior, &at, candidates, |truth| {
-                let mut l = ask(answers.run.row(truths[truth]));
-                l.iter_mut().for_each(|l| *l *= power);
-                l
-            }))
-        })
-    }
-
-    /// `score` of every prior and the unseen snapshots that count under it.
-    pub(super) fn on_counted(
-        &self,
-        mut score: impl FnMut(Uncertainty, &[usize]) -> Result<ErrorReduction>,
-    ) -> Result<Vec<ErrorReduction>> {
-        let covered = self.parts.covered(&self.mapped.places);
-        let candidates: Places = self.mapped.places.clone();
-        let counted = |prior| held_out::counted(prior, &self.parts.places, &covered, &candidates);
-        self.priors
-            .iter()
-            .map(|&prior| score(prior, &counted(prior)))
-            .collect()
-    }
 }
-
-#[cfg(test)]
-mod tests;

@@ -3,7 +3,7 @@
 use super::sensor_model::{EveryPose, EvidenceScale, LearnedFeatures, SensorModel};
 use crate::{
     belief::{BayesFilter, Belief, Evidence, Grid, GridConfig, OdometryMotion, Places},
-    detector::Viewed,
+    detector::{MOST_VIEWS, Viewed},
     error::{Error, Result},
     geometry::{Displacement, Pose},
     model::Model,
@@ -29,7 +29,7 @@ pub struct LiveConfig {
     /// Power of a snapshot's evidence, above 0; none: as tuned when the model was trained, or 1, at its word, where it was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evidence_scale: Option<f64>,
-    /// From so many places beside each snapshot the features are looked for again, and their answers averaged; where scans can be
+    /// From so many places beside each snapshot, up to [`MOST_VIEWS`], the features are looked for again, and their answers averaged; where scans can be
     /// drawn anew.
     pub query_views: usize,
     /// Of the features that sampled evidence draws, and of the views.
@@ -112,6 +112,12 @@ impl LiveLocaliser {
     /// Where a constant makes no sense (the call is wrong), the model has fewer places than neighbours that its map asks for,
     /// or the grid would have too many cells.
     pub fn with_config(model: &Model, config: &LiveConfig) -> Result<Self> {
+        if config.query_views > MOST_VIEWS {
+            return Err(Error::usage(format!(
+                "query_views = {}: expected at most {MOST_VIEWS}",
+                config.query_views
+            )));
+        }
         let grid = Arc::new(Grid::over(&model.places(), &config.grid)?);
         let detector = Viewed::new(model.detector(), config.query_views, Seed(config.seed));
         let detector = Arc::new(detector);

@@ -5,7 +5,7 @@ use super::{
     *,
 };
 use crate::{
-    belief::Uncertainty,
+    belief::{Grid, GridConfig, Uncertainty},
     geometry::Pose,
     learning::Recipe,
     mapping::{Occupancy, OccupancyMap, RangeSensors},
@@ -364,5 +364,37 @@ fn where_the_robot_has_been_the_map_is_half_of_what_it_saw() {
     for i in 0..2 {
         assert!((all[(0, i)] - none[(0, i)] - half).abs() < 1e-6);
         assert_eq!(all[(1, i)], none[(1, i)]);
+    }
+}
+
+#[test]
+fn what_a_bit_is_worth_is_not_learned_from_the_snapshots_own_visits() {
+    let mut model = rendered_model();
+    let rendered = model.as_rendered(&model.pose).unwrap().unwrap().values;
+    // Whoever was there saw the contrary of what is rendered, so a rendered bit is worth less than none.
+    model.activation = rendered.mapv(|m| if m > 0.5 { 0.0 } else { 1.0 });
+    let grid = Grid::over(&model.places(), &GridConfig::default()).unwrap();
+    let bits = model.code_map(&grid, true).unwrap().unwrap();
+    let worth = bits.as_kept(ndarray::array![[0.0, 0.0], [1.0, 1.0]].view());
+    let examples = |i: usize, on: bool| {
+        rendered
+            .column(i)
+            .iter()
+            .filter(|&&m| (m > 0.5) == on)
+            .count()
+    };
+    for i in 0..2 {
+        for (row, on) in [(0, false), (1, true)] {
+            let contrary = if on {
+                1.0 - worth[(row, i)]
+            } else {
+                worth[(row, i)]
+            };
+            let seen = examples(i, on) as f32;
+            assert!(
+                (contrary - (seen + 1.0) / (seen + 2.0)).abs() < 1e-6,
+                "{worth}"
+            );
+        }
     }
 }

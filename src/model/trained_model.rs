@@ -104,7 +104,7 @@ impl Model {
     }
 
     /// What the networks answer to the scans that are rendered at some poses.
-    fn as_rendered(&self, poses: &[Pose]) -> Result<Option<AtPoses>> {
+    pub(super) fn as_rendered(&self, poses: &[Pose]) -> Result<Option<AtPoses>> {
         let Some(rendered) = self.rendered_inputs() else {
             return Ok(None);
         };

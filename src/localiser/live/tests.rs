@@ -187,6 +187,32 @@ fn evidence_counts_as_the_model_was_tuned_unless_somebody_says_otherwise() {
     assert!(fault.is_usage() && fault.to_string().contains("evidence_scale = 0"));
 }
 
+#[test]
+fn a_robot_looks_at_a_snapshot_again_as_often_as_it_is_told_to() {
+    let (recording, model) = (corridor(), model());
+    let robot = |query_views: usize| {
+        let config = LiveConfig {
+            query_views,
+            ..LiveConfig::default()
+        };
+        LiveLocaliser::with_config(&model, &config)
+    };
+    let belief = |query_views: usize| {
+        let mut robot = robot(query_views).unwrap();
+        robot.observe(&recording.observation(3)).unwrap();
+        robot.belief().clone()
+    };
+    assert_ne!(belief(2), belief(0));
+    assert_eq!(belief(2), belief(2));
+    let fault = robot(65).err().unwrap();
+    assert!(
+        fault.is_usage()
+            && fault
+                .to_string()
+                .contains("query_views = 65: expected at most 64")
+    );
+}
+
 /// Of a model that works from the readings of the last metres, the robot remembers them itself.
 #[test]
 fn a_robot_that_remembers_believes_what_one_does_that_is_told() {
