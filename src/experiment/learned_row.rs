@@ -111,14 +111,15 @@ fn at_every_pose<'a>(
         source: on_source.transpose()?,
         ..on_run
     };
-    let held_out = context.held_out_by_features(&answers, &at_candidates, Evidence::MeanField)?;
+    let judged = context.held_out_by_features(&answers, &at_candidates, Evidence::MeanField)?;
     let map = Arc::new(map);
     let prepared = |answers| Arc::new(PreparedEveryPose::new(answers, Arc::clone(&map)));
     Ok(Some(Method {
         motion: Some(model.header.motion.clone()),
         other_bytes: network_bytes(model) + model.occupancy.as_ref().map_or(0, OccupancyMap::bytes),
         fills_map: true,
-        held_out,
+        held_out: judged.held_out,
+        single_snapshots: judged.evidence,
         ready_ms: answers.ready_ms,
         validation: answers
             .source

@@ -1,6 +1,6 @@
 //! Whoever can be asked in localisation trials where the robot is, as a value.
 
-use super::stopwatch::ready_ms;
+use super::{single_snapshot::SingleSnapshots, stopwatch::ready_ms};
 use crate::{
     belief::OdometryMotion,
     detector::Detector,
@@ -41,6 +41,8 @@ pub struct Method<'a> {
     /// Error reduction of one snapshot on the unseen part, one a prior of the
     /// [context](super::methods::MethodContext::priors); empty where it is not known.
     pub held_out: Vec<ErrorReduction>,
+    /// What it says of single snapshots, where that is kept for products.
+    pub single_snapshots: Option<Arc<SingleSnapshots>>,
     /// Who answers.
     pub answers: AnswersBy<'a>,
 }
@@ -113,6 +115,7 @@ pub(super) fn method<'a>(
         validation: None,
         motion: None,
         held_out: Vec::new(),
+        single_snapshots: None,
         answers,
     }
 }

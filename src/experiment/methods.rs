@@ -204,7 +204,7 @@ impl<'a> MethodContext<'a> {
         (answers, map, evidence): (FeatureAnswers, FeatureMap, Evidence),
     ) -> Result<Method<'a>> {
         let at_candidates = Arc::new(map.at(&self.mapped.places)?);
-        let held_out = self.held_out_by_features(&answers, &at_candidates, evidence)?;
+        let judged = self.held_out_by_features(&answers, &at_candidates, evidence)?;
         let at_cells = match *map.places() == self.mapped.places {
             true => map.from_neighbours(&self.cells),
             false => map.at(self.grid.places()),
@@ -214,7 +214,8 @@ impl<'a> MethodContext<'a> {
         let on_source = |source| PreparedFeatures::new(source, map, evidence);
         let validation = answers.source.as_ref().map(on_source);
         Ok(Method {
-            held_out,
+            held_out: judged.held_out,
+            single_snapshots: judged.evidence,
             ready_ms: answers.ready_ms,
             validation: validation.map(|v| Arc::new(v) as Arc<dyn PreparedSensorModel>),
             ..method(
@@ -249,11 +250,12 @@ impl<'a> MethodContext<'a> {
         let places = Arc::new(self.mapped.places.clone());
         let near = Neighbours::find(&places, &places, &map.nearness)?;
         let alone = ResponseModel::new(recogniser, classes, Arc::new(near), chance)?;
-        let held_out = self.held_out(&alone)?;
+        let judged = self.held_out(&alone)?;
         let sensor = alone.at_cells(Arc::clone(&self.cells))?;
         let bytes = Some(size_of::<usize>());
         Ok(Method {
-            held_out,
+            held_out: judged.held_out,
+            single_snapshots: judged.evidence,
             ..method(name, title, bytes, AnswersBy::Sensor(Arc::new(sensor)))
         })
     }
@@ -271,8 +273,10 @@ impl<'a> MethodContext<'a> {
         alone: &dyn SensorModel,
         at_cells: Box<dyn SensorModel + 'a>,
     ) -> Result<Method<'a>> {
+        let judged = self.held_out(alone)?;
         Ok(Method {
-            held_out: self.held_out(alone)?,
+            held_out: judged.held_out,
+            single_snapshots: judged.evidence,
             ..method(name, title, None, AnswersBy::Sensor(at_cells.into()))
         })
     }

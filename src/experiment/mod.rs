@@ -34,7 +34,7 @@ pub mod same_sensor;
 pub mod sensor_models;
 pub mod sequences;
 mod signal_row;
-mod single_snapshot;
+pub mod single_snapshot;
 pub mod standard;
 mod step_time;
 mod stopwatch;

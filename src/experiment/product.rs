@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// The filter with several methods' sensor models at once, as if they erred independently of each other: each has the
 /// power of evidence that it is tuned to alone, and their product one more. `None` where one of them is no sensor model.
-/// Its error reduction by one snapshot is not known.
+/// So it is of one snapshot, where both kept what they say of each.
 ///
 /// # Errors
 /// Where a sensor model fails on the validation part.
@@ -59,10 +59,15 @@ pub fn product<'a>(
         other_bytes += factor.other_bytes;
         ready_ms += factor.ready_ms;
     }
+    let single = methods
+        .iter()
+        .map(|factor| factor.single_snapshots.as_deref());
+    let judged = context.held_out_of_product(&single.collect::<Vec<_>>())?;
     let complete = on_validation.len() == on_run.len();
     let on_validation = PreparedProduct::new(on_validation);
     let answers = AnswersBy::PreparedSensor(Arc::new(PreparedProduct::new(on_run)));
     Ok(Some(Method {
+        held_out: judged.held_out,
         fills_map: methods.iter().any(|factor| factor.fills_map),
         other_bytes,
         ready_ms,

@@ -6,26 +6,51 @@
 use super::{evidence_tuning, held_out, method::FeatureAnswers, methods::MethodContext};
 use crate::{
     belief::{Belief, Evidence, GridMap, Places, Uncertainty},
-    error::Result,
+    error::{Error, Result},
     learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES, training_set::covered},
     localiser::{PreparedSensorModel, SensorModel, sensor_model::PreparedFeatures},
 };
-use ndarray::Axis;
+use ndarray::{Array2, Axis};
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Snapshots of the validation part that are enough to choose a power by.
 const MAX_VALIDATED: usize = 300;
 
+/// Entries of a table of evidence at most, where it is kept for products: 64 MB.
+const MOST_KEPT: usize = 16 << 20;
+
+/// What a sensor model says of single snapshots, and how far it is to be believed: all that a product of several asks of each.
+#[derive(Debug)]
+pub struct SingleSnapshots {
+    /// ln P(s | candidate) of the unseen snapshots at places that training saw, `[snapshot, candidate]`, less the largest of each.
+    on_run: Array2<f32>,
+    /// The same of those of the validation part.
+    on_validation: Array2<f32>,
+    /// Of every prior, the power of least error on the validation part; empty where nothing can be validated.
+    powers: Vec<f64>,
+}
+
+/// What one snapshot of the unseen part says under every prior, and the evidence behind it, where it is kept.
+#[derive(Debug, Default)]
+pub struct Judged {
+    /// One a prior.
+    pub held_out: Vec<ErrorReduction>,
+    /// For products; none of the exact objective, which has no likelihood, nor where it is too much to keep.
+    pub evidence: Option<Arc<SingleSnapshots>>,
+}
+
 impl MethodContext<'_> {
     /// Error reductions of a sensor model that answers for the training places, under every prior.
     ///
     /// # Errors
     /// Where the training part is not at hand, or the sensor model fails.
-    pub(super) fn held_out(&self, alone: &dyn SensorModel) -> Result<Vec<ErrorReduction>> {
-        let covered = self.parts.covered(&self.mapped.places);
-        let on_run = alone.prepare(self.parts.run, &covered)?;
-        self.held_out_by(on_run.as_ref(), self.tuned_powers(alone)?)
+    pub(super) fn held_out(&self, alone: &dyn SensorModel) -> Result<Judged> {
+        let on_run = alone.prepare(self.parts.run, &self.covered())?;
+        let validated = self.validated()?;
+        let on_source = alone.prepare(&self.source()?.recording, &validated)?;
+        let on_source = (on_source.as_ref(), &validated[..]);
+        self.held_out_by(on_run.as_ref(), Some(on_source), MOST_KEPT)
     }
 
     /// The same of features, with a map of the training places. The exact objective of few features, which Jeffrey's rule and sampled
@@ -38,51 +63,152 @@ impl MethodContext<'_> {
         answers: &FeatureAnswers,
         at_candidates: &Arc<GridMap>,
         evidence: Evidence,
-    ) -> Result<Vec<ErrorReduction>> {
+    ) -> Result<Judged> {
         let candidates = &self.mapped.places;
         let rule = match evidence {
             Evidence::Sampled | Evidence::Jeffrey if answers.run.ncols() <= MAX_FEATURES => {
-                return self.on_counted(|prior, truths| {
+                let held_out = self.on_counted(|prior, truths| {
                     let seen = answers.run.select(Axis(0), truths).mapv(f64::from);
                     let truths = self.parts.places.select(truths);
                     let map = (candidates, at_candidates.as_ref());
                     held_out::by_features(prior, (&truths, seen.view()), map)
+                })?;
+                return Ok(Judged {
+                    held_out,
+                    evidence: None,
                 });
             }
             Evidence::Likelihood => Evidence::Likelihood,
             _ => Evidence::MeanField,
         };
         let sensor = |answers| PreparedFeatures::new(answers, Arc::clone(at_candidates), rule);
-        let powers = match (&answers.source, &self.parts.source) {
-            (Some(on_source), Some(_)) => self.powers_by(&sensor(on_source), &self.validated()?)?,
-            _ => Vec::new(),
-        };
-        self.held_out_by(&sensor(&answers.run), powers)
+        let validated = self.parts.source.as_ref().map(|_| self.validated());
+        let validated = validated.transpose()?;
+        let on_source = answers.source.as_ref().map(sensor);
+        let on_source = on_source.as_ref().zip(validated.as_ref());
+        self.held_out_by(
+            &sensor(&answers.run),
+            on_source.map(|(sensor, some)| (sensor as &dyn PreparedSensorModel, &some[..])),
+            MOST_KEPT,
+        )
     }
 
-    /// The same of a sensor model that is prepared for the unseen part; where powers are missing, its evidence is taken at its word.
+    /// The same of several sensor models at once, as if they erred independently of each other: each has the power that it is tuned
+    /// to alone, and their product one more. None where one of them did not keep its evidence.
+    pub(super) fn held_out_of_product(
+        &self,
+        factors: &[Option<&SingleSnapshots>],
+    ) -> Result<Judged> {
+        let Some(factors) = factors.iter().copied().collect::<Option<Vec<_>>>() else {
+            return Ok(Judged::default());
+        };
+        let candidates = &self.mapped.places;
+        let covered = self.covered();
+        let powers_at = |prior: usize| {
+            let powers = factors.iter().map(move |f| f.powers.get(prior));
+            powers.map(|power| power.copied().unwrap_or(1.0))
+        };
+        let together = |prior: usize, row: usize, of: &dyn Fn(&SingleSnapshots) -> &Array2<f32>| {
+            let mut sum = vec![0.0; candidates.len()];
+            for (factor, power) in factors.iter().zip(powers_at(prior)) {
+                for (sum, l) in sum.iter_mut().zip(of(factor).row(row)) {
+                    *sum += power * f64::from(*l);
+                }
+            }
+            sum
+        };
+        let can_tune = factors.iter().all(|f| !f.powers.is_empty());
+        let mut held_out = Vec::new();
+        for (number, &prior) in self.priors.iter().enumerate() {
+            let power = match can_tune {
+                true => {
+                    let on_validation = |row| together(number, row, &|f| &f.on_validation);
+                    self.power_of(prior, &self.validated()?, &on_validation)?.0
+                }
+                false => 1.0,
+            };
+            held_out.push(self.reduction(prior, &covered, |row| {
+                let mut l = together(number, row, &|f| &f.on_run);
+                l.iter_mut().for_each(|l| *l *= power);
+                l
+            }));
+        }
+        Ok(Judged {
+            held_out,
+            evidence: None,
+        })
+    }
+
+    /// The same of a sensor model that is prepared for the unseen part, and for some snapshots of the validation part; without those
+    /// its evidence is taken at its word. No more than `most_kept` entries of evidence are kept.
     fn held_out_by(
         &self,
         on_run: &dyn PreparedSensorModel,
-        powers: Vec<(f64, f64)>,
-    ) -> Result<Vec<ErrorReduction>> {
+        on_source: Option<(&dyn PreparedSensorModel, &[usize])>,
+        most_kept: usize,
+    ) -> Result<Judged> {
         let candidates = &self.mapped.places;
+        let covered = self.covered();
+        let (powers, on_validation) = match on_source {
+            Some((sensor, some)) => {
+                let known = self.ask_all(sensor, some)?;
+                let powers = self.powers_by(&known, some)?;
+                (powers.into_iter().map(|(power, _)| power).collect(), known)
+            }
+            None => (Vec::new(), Vec::new()),
+        };
+        let power = |prior: usize| powers.get(prior).copied().unwrap_or(1.0);
         let anywhere = Belief::uniform(&Arc::new(candidates.clone()))?;
         // What fails of one snapshot fails of all: asked once here, then not expected.
-        if let Some(&first) = self.parts.covered(candidates).first() {
+        if let Some(&first) = covered.first() {
             self.ask(on_run, first, &anywhere)?;
         }
-        let mut powers = powers.into_iter();
-        self.on_counted(|prior, truths| {
-            let power = powers.next().map_or(1.0, |(power, _)| power);
-            let at = self.parts.places.select(truths);
-            Ok(held_out::by_likelihood(prior, &at, candidates, |truth| {
-                let answer = self.ask(on_run, truths[truth], &anywhere);
-                let mut l = answer.unwrap_or_else(|_| vec![0.0; candidates.len()]);
-                l.iter_mut().for_each(|l| *l *= power);
-                l
-            }))
+        if covered.len().saturating_mul(candidates.len()) > most_kept {
+            let of_prior = |(number, &prior): (usize, &Uncertainty)| {
+                self.reduction(prior, &covered, |row| {
+                    let answer = self.ask(on_run, covered[row], &anywhere);
+                    let mut l = answer.unwrap_or_else(|_| vec![0.0; candidates.len()]);
+                    l.iter_mut().for_each(|l| *l *= power(number));
+                    l
+                })
+            };
+            return Ok(Judged {
+                held_out: self.priors.iter().enumerate().map(of_prior).collect(),
+                evidence: None,
+            });
+        }
+        let on_run = self.ask_all(on_run, &covered)?;
+        let of_prior = |(number, &prior): (usize, &Uncertainty)| {
+            let scaled = |row: usize| on_run[row].iter().map(|l| l * power(number)).collect();
+            self.reduction(prior, &covered, scaled)
+        };
+        Ok(Judged {
+            held_out: self.priors.iter().enumerate().map(of_prior).collect(),
+            evidence: Some(Arc::new(SingleSnapshots {
+                on_run: table(&on_run, candidates.len())?,
+                on_validation: table(&on_validation, candidates.len())?,
+                powers,
+            })),
         })
+    }
+
+    /// Error reduction under one prior; `told` gives ln P(s | candidate) of a row of `covered`, already to its power.
+    fn reduction(
+        &self,
+        prior: Uncertainty,
+        covered: &[usize],
+        told: impl Fn(usize) -> Vec<f64> + Sync,
+    ) -> ErrorReduction {
+        let candidates = &self.mapped.places;
+        let counted = held_out::counted(prior, &self.parts.places, covered, candidates);
+        let rows = rows(covered, &counted);
+        let truths = self.parts.places.select(&counted);
+        held_out::by_likelihood(prior, &truths, candidates, |truth| told(rows[truth]))
+    }
+
+    /// Unseen snapshots at places that training saw.
+    fn covered(&self) -> Vec<usize> {
+        self.parts.covered(&self.mapped.places)
     }
 
     /// ln P(s | candidate) of a snapshot, from a sensor model that draws no random numbers.
@@ -94,6 +220,19 @@ impl MethodContext<'_> {
     ) -> Result<Vec<f64>> {
         let mut unused = self.seed().stream("not drawn from");
         prepared.log_likelihood(snapshot, anywhere, &mut unused)
+    }
+
+    /// The same of several snapshots.
+    fn ask_all(
+        &self,
+        prepared: &dyn PreparedSensorModel,
+        snapshots: &[usize],
+    ) -> Result<Vec<Vec<f64>>> {
+        let anywhere = Belief::uniform(&Arc::new(self.mapped.places.clone()))?;
+        let asked = snapshots.par_iter();
+        asked
+            .map(|&snapshot| self.ask(prepared, snapshot, &anywhere))
+            .collect()
     }
 
     /// Snapshots of the validation part at places that training saw, evenly spaced: as many as settle a constant.
@@ -116,31 +255,36 @@ impl MethodContext<'_> {
     pub(super) fn tuned_powers(&self, alone: &dyn SensorModel) -> Result<Vec<(f64, f64)>> {
         let some = self.validated()?;
         let on_source = alone.prepare(&self.source()?.recording, &some)?;
-        self.powers_by(on_source.as_ref(), &some)
+        self.powers_by(&self.ask_all(on_source.as_ref(), &some)?, &some)
     }
 
-    /// The same of a sensor model that is prepared for those snapshots of the validation part.
-    fn powers_by(
+    /// The same from what a sensor model says of those snapshots of the validation part, `[snapshot][candidate]`.
+    fn powers_by(&self, known: &[Vec<f64>], some: &[usize]) -> Result<Vec<(f64, f64)>> {
+        let of_row = |row: usize| known[row].clone();
+        let priors = self.priors.iter();
+        priors
+            .map(|&prior| self.power_of(prior, some, &of_row))
+            .collect()
+    }
+
+    /// The same of one prior; `known` gives ln P(s | candidate) of a row of `some`.
+    fn power_of(
         &self,
-        on_source: &dyn PreparedSensorModel,
+        prior: Uncertainty,
         some: &[usize],
-    ) -> Result<Vec<(f64, f64)>> {
+        known: &(dyn Fn(usize) -> Vec<f64> + Sync),
+    ) -> Result<(f64, f64)> {
         let candidates = &self.mapped.places;
         let all = Places::of(&self.source()?.recording);
-        let anywhere = Belief::uniform(&Arc::new(candidates.clone()))?;
-        let known = some
-            .par_iter()
-            .map(|&k| self.ask(on_source, k, &anywhere))
-            .collect::<Result<Vec<_>>>()?;
-        let of_prior = |&prior: &Uncertainty| {
-            let counted = held_out::counted(prior, &all, some, candidates);
-            let rows: Vec<usize> = (0..some.len())
-                .filter(|&row| counted.binary_search(&some[row]).is_ok())
-                .collect();
-            let truths = all.select(&counted);
-            evidence_tuning::tuned_power(prior, &truths, candidates, |row| known[rows[row]].clone())
-        };
-        Ok(self.priors.iter().map(of_prior).collect())
+        let counted = held_out::counted(prior, &all, some, candidates);
+        let rows = rows(some, &counted);
+        let truths = all.select(&counted);
+        Ok(evidence_tuning::tuned_power(
+            prior,
+            &truths,
+            candidates,
+            |row| known(rows[row]),
+        ))
     }
 
     /// `score` of every prior and the unseen snapshots that count under it.
@@ -152,13 +296,29 @@ impl MethodContext<'_> {
         mut score: impl FnMut(Uncertainty, &[usize]) -> Result<ErrorReduction>,
     ) -> Result<Vec<ErrorReduction>> {
         let candidates = &self.mapped.places;
-        let covered = self.parts.covered(candidates);
+        let covered = self.covered();
         let counted = |prior| held_out::counted(prior, &self.parts.places, &covered, candidates);
         self.priors
             .iter()
             .map(|&prior| score(prior, &counted(prior)))
             .collect()
     }
+}
+
+/// Where in `some`, ascending, those that count stand.
+fn rows(some: &[usize], counted: &[usize]) -> Vec<usize> {
+    let counts = |row: &usize| counted.binary_search(&some[*row]).is_ok();
+    (0..some.len()).filter(counts).collect()
+}
+
+/// Rows of logarithms as they are kept: less the largest of each, so that f32 is fine enough.
+fn table(rows: &[Vec<f64>], width: usize) -> Result<Array2<f32>> {
+    let kept = rows.iter().flat_map(|row| {
+        let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        row.iter().map(move |l| (l - largest) as f32)
+    });
+    Array2::from_shape_vec((rows.len(), width), kept.collect())
+        .map_err(|e| Error::work(format!("evidence of single snapshots: {e}")))
 }
 
 #[cfg(test)]

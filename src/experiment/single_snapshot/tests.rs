@@ -5,6 +5,7 @@ use crate::{
         localise_config::LocaliseConfig,
         mapped::Mapped,
         parts::{Parts, TrainingSource},
+        product::product,
     },
     recording::{Channel, Recording},
     seed::Seed,
@@ -13,19 +14,24 @@ use crate::{
 use ndarray::{Array2, ArrayView2};
 use std::borrow::Cow;
 
+/// Features of a detector.
+const SIGNS: usize = 24;
+
 /// Signs of some readings, told with a chance of being wrong that is greater than it is.
 struct HalfHearted {
     off: f32,
+    /// The reading of the first sign.
+    first: usize,
 }
 
 impl Detector for HalfHearted {
     fn features(&self) -> usize {
-        24 // more than the exact objective takes
+        SIGNS // more than the exact objective takes
     }
 
     fn detect_batch(&self, _: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
-        let short = |k: usize, i: usize| values[(k, i)] < 1.5;
-        Ok(Array2::from_shape_fn((values.nrows(), 24), |(k, i)| {
+        let short = |k: usize, i: usize| values[(k, self.first + i)] < 1.5;
+        Ok(Array2::from_shape_fn((values.nrows(), SIGNS), |(k, i)| {
             if short(k, i) {
                 0.5 + self.off
             } else {
@@ -43,39 +49,43 @@ fn corridor() -> Recording {
     corridor::thrun1998(Seed(3), &config).unwrap()
 }
 
-#[test]
-fn features_count_as_much_as_the_validation_part_shows() {
-    let recording = corridor();
+/// The last run is unseen, the one before it chooses powers where it is said to validate.
+fn parts(recording: &Recording, validated: bool) -> Parts<'_> {
     let of_runs = |some: std::ops::Range<i64>| {
         let of =
             |k: &usize| some.contains(&(recording.columns().run[*k] - recording.columns().run[0]));
         (0..recording.len()).filter(of).collect::<Vec<usize>>()
     };
-    let parts = |validated: bool| Parts {
-        run: &recording,
-        places: Places::of(&recording),
+    Parts {
+        run: recording,
+        places: Places::of(recording),
         unseen: of_runs(5..6),
         unseen_is_validation: false,
         source: Some(TrainingSource {
-            recording: Cow::Borrowed(&recording),
+            recording: Cow::Borrowed(recording),
             training: of_runs(0..4),
             validation: if validated { of_runs(4..5) } else { Vec::new() },
         }),
-    };
+    }
+}
+
+fn reductions(held_out: &[ErrorReduction]) -> Vec<f64> {
+    held_out.iter().map(|e| e.error_reduction).collect()
+}
+
+#[test]
+fn features_count_as_much_as_the_validation_part_shows() {
+    let recording = corridor();
     let reduction = |off: f32, evidence: Evidence, validated: bool| {
-        let parts = parts(validated);
+        let parts = parts(&recording, validated);
         let config = LocaliseConfig {
             evidence,
             ..LocaliseConfig::default()
         };
         let mapped = Mapped::of(parts.source.as_ref().unwrap());
         let context = MethodContext::over(mapped, &parts, &config).unwrap();
-        let method = context.detector("own", "own", &HalfHearted { off });
-        let held_out = method.unwrap().held_out;
-        held_out
-            .iter()
-            .map(|e| e.error_reduction)
-            .collect::<Vec<f64>>()
+        let method = context.detector("own", "own", &HalfHearted { off, first: 0 });
+        reductions(&method.unwrap().held_out)
     };
     // Of so many features no rule goes through all outcomes.
     for evidence in Evidence::ALL {
@@ -88,4 +98,64 @@ fn features_count_as_much_as_the_validation_part_shows() {
         );
         assert!(tuned.iter().zip(&taken).all(|(tuned, taken)| tuned > taken));
     }
+}
+
+#[test]
+fn two_halves_of_the_readings_say_more_together_than_either() {
+    let recording = corridor();
+    for validated in [false, true] {
+        let parts = parts(&recording, validated);
+        let config = LocaliseConfig::default();
+        let mapped = Mapped::of(parts.source.as_ref().unwrap());
+        let context = MethodContext::over(mapped, &parts, &config).unwrap();
+        let of = |name: &str, first: usize| {
+            let detector = HalfHearted { off: 0.15, first };
+            context.detector(name, name, &detector).unwrap()
+        };
+        let (left, right) = (of("left", 0), of("right", SIGNS));
+        let both = product(&context, "both", "both", &[&left, &right]).unwrap();
+        let both = reductions(&both.unwrap().held_out);
+        let (left, right) = (reductions(&left.held_out), reductions(&right.held_out));
+        assert_eq!(both.len(), 2);
+        for prior in 0..2 {
+            let better = left[prior].max(right[prior]);
+            assert!(
+                both[prior] > better + 0.02,
+                "validated: {validated}, {both:?} of {left:?} and {right:?}"
+            );
+        }
+        // Who has no likelihood has none together with others.
+        let odometry = context.odometry("odometry", "odometry");
+        let factors = [of("left", 0).single_snapshots, odometry.single_snapshots];
+        let factors: Vec<_> = factors.iter().map(Option::as_deref).collect();
+        let nothing = context.held_out_of_product(&factors).unwrap();
+        assert!(nothing.held_out.is_empty());
+    }
+}
+
+#[test]
+fn evidence_that_is_too_much_to_keep_is_judged_all_the_same() {
+    let recording = corridor();
+    let parts = parts(&recording, true);
+    let config = LocaliseConfig::default();
+    let mapped = Mapped::of(parts.source.as_ref().unwrap());
+    let context = MethodContext::over(mapped, &parts, &config).unwrap();
+    let detector = HalfHearted {
+        off: 0.15,
+        first: 0,
+    };
+    let (answers, map) = context.map_of(&detector).unwrap();
+    let map = Arc::new(map.at(&context.mapped.places).unwrap());
+    let sensor = PreparedFeatures::new(&answers.run, Arc::clone(&map), Evidence::MeanField);
+    let on_source = answers.source.as_ref().unwrap();
+    let on_source = PreparedFeatures::new(on_source, map, Evidence::MeanField);
+    let some = context.validated().unwrap();
+    let judged = |most_kept| {
+        let on_source = (&on_source as &dyn PreparedSensorModel, &some[..]);
+        let judged = context.held_out_by(&sensor, Some(on_source), most_kept);
+        judged.unwrap()
+    };
+    let (kept, not_kept) = (judged(MOST_KEPT), judged(0));
+    assert!(kept.evidence.is_some() && not_kept.evidence.is_none());
+    assert_eq!(kept.held_out, not_kept.held_out);
 }
