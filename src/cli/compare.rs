@@ -208,11 +208,11 @@ fn read(file: &Path) -> Result<Comparison> {
     })
 }
 
-fn in_json(value: &impl serde::Serialize) -> Result<String> {
+pub(super) fn in_json(value: &impl serde::Serialize) -> Result<String> {
     serde_json::to_string(value).map_err(|e| Error::work(format!("result: {e}")))
 }
 
-fn write_json(file: &Path, value: &impl serde::Serialize) -> Result<()> {
+pub(super) fn write_json(file: &Path, value: &impl serde::Serialize) -> Result<()> {
     write_text(file, &(in_json(value)? + "\n"))
 }
 
@@ -230,6 +230,15 @@ fn resolved(record: &ComparisonRecord) -> serde_json::Value {
 
 /// Every table in every format, and every picture.
 fn write_tables(folder: &Path, comparison: &Comparison, sheets: &[Sheet]) -> Result<()> {
+    write_sheets(folder, sheets, &caption_lines(&comparison.record))?;
+    for (name, svg) in pictures(comparison)? {
+        write_text(&folder.join(format!("{name}.svg")), &svg)?;
+    }
+    Ok(())
+}
+
+/// Every table in every format, with what holds for all of them below it.
+pub(super) fn write_sheets(folder: &Path, sheets: &[Sheet], captions: &[String]) -> Result<()> {
     for sheet in sheets {
         let mut table = sheet.table.clone();
         let csv = table.csv();
@@ -238,7 +247,7 @@ fn write_tables(folder: &Path, comparison: &Comparison, sheets: &[Sheet]) -> Res
             continue;
         }
         table.caption(&sheet.title);
-        for line in caption_lines(&comparison.record) {
+        for line in captions {
             table.caption(line);
         }
         write_text(
@@ -247,17 +256,19 @@ fn write_tables(folder: &Path, comparison: &Comparison, sheets: &[Sheet]) -> Res
         )?;
         write_text(&folder.join(format!("{}.tex", sheet.name)), &table.latex())?;
     }
-    for (name, svg) in pictures(comparison)? {
-        write_text(&folder.join(format!("{name}.svg")), &svg)?;
-    }
     Ok(())
 }
 
 /// For the terminal: the tables that can be looked at, and once what holds for all of them.
 fn text(record: &ComparisonRecord, sheets: &[Sheet]) -> String {
+    sheets_text(sheets) + &caption_lines(record).join("\n") + "\n"
+}
+
+/// The tables that can be looked at, each below its title.
+pub(super) fn sheets_text(sheets: &[Sheet]) -> String {
     let everyone = |sheet: &&Sheet| sheet.reader == Reader::Everyone;
     let shown = sheets.iter().filter(everyone);
-    let tables = shown.map(|sheet| format!("{}\n\n{}\n", sheet.title, sheet.table.text()));
-    let caption = caption_lines(record).join("\n");
-    tables.collect::<String>() + &caption + "\n"
+    shown
+        .map(|sheet| format!("{}\n\n{}\n", sheet.title, sheet.table.text()))
+        .collect()
 }

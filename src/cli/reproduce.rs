@@ -2,25 +2,32 @@
 
 use super::{
     Outcome,
-    compare::{compared, make_writable, tell},
+    compare::{compared, in_json, make_writable, sheets_text, tell, write_json, write_sheets},
+    localise::write_text,
+    print,
+    progress::Progress,
 };
 use crate::{
     error::{Error, Result},
-    experiment::reproduce::Paper,
-    report::{comparison, reproduction},
+    experiment::{
+        reproduce::Paper,
+        thrun1998::{self, Thrun1998Config},
+    },
+    report::{self, comparison, reproduction},
 };
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Reproduce a paper's tables on simulated worlds, ours beside the paper's.
 ///
-/// duckett1998: evidence-based localisation, a landmark classifier and dead reckoning in six environments (Table 2, Fig. 6).
+/// thrun1998: one to four learned features, doors and ceiling lights on three data sets, by one snapshot and from a start anywhere
+/// (Table 3, Figs. 3 to 8, readings for one bit). duckett1998: evidence-based localisation, a landmark classifier and dead reckoning in six environments (Table 2, Fig. 6).
 /// duckett2000: six landmark recognition systems in four environments (Tables 2 and 3, Fig. 6). The papers' recordings are
 /// lost; the worlds were built from what the papers tell, and nothing was tuned to their figures.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark reproduce duckett1998 --toy")]
 pub struct Arguments {
-    /// duckett1998 or duckett2000.
+    /// thrun1998, duckett1998 or duckett2000.
     #[arg(value_name = "PAPER")]
     paper: Paper,
     /// Folder for the record (JSON), the tables (CSV, Markdown, LaTeX), the pictures (SVG) and the resolved configuration.
@@ -30,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Few trials and resamples only: does it work here? The figures mean little.
-    #[arg(long)]
+    #[arg(long, visible_alias = "quick")]
     toy: bool,
     /// One JSON object, the whole record, instead of tables.
     #[arg(long)]
@@ -42,13 +49,46 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     if let Some(folder) = out {
         make_writable(folder)?;
     }
+    let paper = arguments.paper;
+    let Some(configuration) = paper.configuration() else {
+        return thrun1998(&arguments, out);
+    };
     let unpacked = tempfile::tempdir()
         .map_err(|e| Error::io("cannot make a temporary folder", std::env::temp_dir(), e))?;
-    let paper = arguments.paper;
     paper.unpack(unpacked.path())?;
-    let config = unpacked.path().join(paper.configuration());
+    let config = unpacked.path().join(configuration);
     let comparison = compared(&config, arguments.seed, arguments.toy, out)?;
     let mut sheets = reproduction::sheets(paper, &comparison.record);
     sheets.extend(comparison::sheets(&comparison));
     tell(&comparison, sheets, true, out, arguments.json)
+}
+
+fn thrun1998(arguments: &Arguments, out: Option<&Path>) -> Result<Outcome> {
+    let config = Thrun1998Config::default();
+    let config = Thrun1998Config {
+        seed: arguments.seed.unwrap_or(config.seed),
+        ..if arguments.toy { config.toy() } else { config }
+    };
+    let mut progress: Option<Progress> = None;
+    let record = thrun1998::run(&config, &mut |done, all, next| {
+        let bar = progress.get_or_insert_with(|| Progress::new("reproducing", all));
+        bar.at(done, next);
+    });
+    if let Some(bar) = progress {
+        bar.done();
+    }
+    let record = record?;
+    let sheets = report::thrun1998::sheets(&record);
+    if let Some(folder) = out {
+        write_json(&folder.join("thrun1998.json"), &record)?;
+        write_sheets(folder, &sheets, &[])?;
+        for (name, svg) in report::thrun1998::pictures(&record)? {
+            write_text(&folder.join(format!("{name}.svg")), &svg)?;
+        }
+    }
+    match arguments.json {
+        true => print(&(in_json(&record)? + "\n"))?,
+        false => print(&sheets_text(&sheets))?,
+    }
+    Ok(Outcome::Done)
 }

@@ -38,5 +38,6 @@ pub mod single_snapshot;
 pub mod standard;
 mod step_time;
 mod stopwatch;
+pub mod thrun1998;
 mod trial_play;
 pub mod trials;

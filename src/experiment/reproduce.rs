@@ -15,6 +15,8 @@ use std::{
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Paper {
+    /// Thrun, *Bayesian Landmark Learning for Mobile Robot Localization*.
+    Thrun1998,
     /// Duckett & Nehmzow, *Mobile robot self-localisation and measurement of performance in middle-scale environments*.
     Duckett1998,
     /// Duckett & Nehmzow, *Performance comparison of landmark recognition systems for navigating mobile robots*.
@@ -30,11 +32,12 @@ macro_rules! files {
 
 impl Paper {
     /// All of them.
-    pub const ALL: [Paper; 2] = [Paper::Duckett1998, Paper::Duckett2000];
+    pub const ALL: [Paper; 3] = [Paper::Thrun1998, Paper::Duckett1998, Paper::Duckett2000];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
+            Paper::Thrun1998 => "thrun1998",
             Paper::Duckett1998 => "duckett1998",
             Paper::Duckett2000 => "duckett2000",
         }
@@ -43,14 +46,16 @@ impl Paper {
     /// As it is cited.
     pub fn cited(self) -> &'static str {
         match self {
+            Paper::Thrun1998 => "Thrun 1998",
             Paper::Duckett1998 => "Duckett & Nehmzow 1998",
             Paper::Duckett2000 => "Duckett & Nehmzow 2000",
         }
     }
 
-    /// The comparison first, then the worlds that it names.
+    /// The comparison first, where there is one, then the worlds.
     fn files(self) -> &'static [(&'static str, &'static str)] {
         match self {
+            Paper::Thrun1998 => files!["worlds/thrun1998.toml", "worlds/thrun1998-twice.toml"],
             Paper::Duckett1998 => files![
                 "duckett1998.toml",
                 "worlds/duckett1998-a.toml",
@@ -70,24 +75,39 @@ impl Paper {
         }
     }
 
-    /// Name of the comparison's file among those [unpacked](Self::unpack).
-    pub fn configuration(self) -> &'static str {
-        self.files()[0].0
+    /// Name of the comparison's file among those [unpacked](Self::unpack). None of [`Paper::Thrun1998`], whose experiments are those of
+    /// [`thrun1998`](super::thrun1998).
+    pub fn configuration(self) -> Option<&'static str> {
+        match self {
+            Paper::Thrun1998 => None,
+            Paper::Duckett1998 | Paper::Duckett2000 => Some(self.files()[0].0),
+        }
     }
 
-    /// The comparison that makes its tables.
+    /// The text of one of its files.
+    pub(super) fn file(self, name: &str) -> Result<&'static str> {
+        let mut files = self.files().iter();
+        let file = files.find(|(known, _)| *known == name);
+        file.map(|(_, text)| *text)
+            .ok_or_else(|| Error::work(format!("{self}: no file `{name}`")))
+    }
+
+    /// The comparison that makes its tables, where one does.
     ///
     /// ```
     /// use ballmark::experiment::reproduce::Paper;
-    /// let comparison = Paper::Duckett1998.comparison()?;
+    /// let comparison = Paper::Duckett1998.comparison()?.unwrap();
     /// assert_eq!((comparison.dataset.len(), comparison.system.len()), (6, 3));
+    /// assert_eq!(Paper::Thrun1998.comparison()?, None);
     /// # Ok::<(), ballmark::Error>(())
     /// ```
     ///
     /// # Errors
     /// Never, unless the program was built from a broken tree.
-    pub fn comparison(self) -> Result<CompareConfig> {
-        CompareConfig::parse(self.files()[0].1)
+    pub fn comparison(self) -> Result<Option<CompareConfig>> {
+        let text = self.configuration().map(|name| self.file(name));
+        let text = text.transpose()?;
+        text.map(CompareConfig::parse).transpose()
     }
 
     /// Writes all files below a folder, as the comparison expects to find them, and tells their names.
@@ -138,7 +158,7 @@ mod tests {
     #[test]
     fn comparisons_ask_for_what_is_printed() {
         let names = |paper: Paper| {
-            let comparison = paper.comparison().unwrap();
+            let comparison = paper.comparison().unwrap().unwrap();
             let datasets: Vec<String> = comparison.dataset.iter().map(|d| d.name.clone()).collect();
             let systems: Vec<String> = comparison.system.iter().map(|s| s.name.clone()).collect();
             (datasets, systems)
@@ -155,7 +175,8 @@ mod tests {
         for paper in Paper::ALL {
             let folder = tempfile::tempdir().unwrap();
             let unpacked = paper.unpack(folder.path()).unwrap();
-            for dataset in paper.comparison().unwrap().dataset {
+            let comparison = paper.comparison().unwrap();
+            for dataset in comparison.into_iter().flat_map(|c| c.dataset) {
                 let world = folder.path().join(dataset.world.unwrap());
                 assert!(unpacked.contains(&world) && world.exists(), "{world:?}");
             }

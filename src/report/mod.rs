@@ -11,6 +11,7 @@ mod price;
 pub mod reproduction;
 mod scatter;
 mod table;
+pub mod thrun1998;
 mod verdict;
 
 pub use plan::{Plan, PlanLine, plan_plot};

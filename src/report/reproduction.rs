@@ -13,6 +13,7 @@ use crate::{
 /// The tables of a paper, from the record of its [comparison](Paper::comparison).
 pub fn sheets(paper: Paper, record: &ComparisonRecord) -> Vec<Sheet> {
     match paper {
+        Paper::Thrun1998 => Vec::new(), // no comparison: `report::thrun1998` has its tables
         Paper::Duckett1998 => vec![duckett1998(record)],
         Paper::Duckett2000 => vec![coefficients(record), responses(record), tests(record)],
     }

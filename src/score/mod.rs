@@ -7,7 +7,7 @@
 //! and [`Interval`] how far another sample of trials may differ. Where a location is a place in the plane, [`Binning`] makes
 //! a label of it. [`Responses`] are read from a CSV file of any system's, and a [`Verdict`] says all this of them. Who answers with probabilities is judged by [`PosteriorScore`]; whether one system is better than another,
 //! [`PairedT`] says, and [`holm`] whether it still is among many. A
-//! [`ClusteredMean`] has an interval over runs or stretches, since trials of one stretch resemble each other.
+//! [`ClusteredMean`] has an interval over runs or stretches, since trials of one stretch resemble each other, a [`MeanInterval`] one over a few repetitions.
 
 mod binning;
 mod bootstrap;
@@ -16,6 +16,7 @@ mod contingency;
 mod correction;
 mod holm;
 mod judgement;
+mod mean_interval;
 mod paired_t;
 mod posterior;
 mod responses;
@@ -30,6 +31,7 @@ pub use contingency::{Contingency, Counts};
 pub use correction::{corrected_coefficient, expected_mutual_information, permutation_p};
 pub use holm::holm;
 pub use judgement::{Caution, Effort, Judgement};
+pub use mean_interval::MeanInterval;
 pub use paired_t::PairedT;
 pub use posterior::PosteriorScore;
 pub use responses::Responses;

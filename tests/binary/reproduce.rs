@@ -36,12 +36,62 @@ fn the_papers_figures_stand_beside_ours() {
 }
 
 #[test]
+fn thruns_figures_stand_beside_ours() {
+    let place = Workplace::new();
+    let answer = place.ballmark(&["reproduce", "thrun1998", "--quick", "--out", "r"]);
+    let text = &answer.done().stdout;
+    for part in [
+        "Table 3: one snapshot at ±2 m",
+        "14.9 ± 1.3",
+        "held out",
+        "Fig. 6: global localisation",
+        "Readings for one bit",
+    ] {
+        assert!(text.contains(part), "`{part}` is missing in: {text}");
+    }
+    let table = std::fs::read_to_string(place.path("r/reductions.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = table.lines().map(|row| row.split(',').collect()).collect();
+    assert_eq!(
+        rows[0][..5],
+        ["set", "approach", "features", "trained_for", "judged_at"]
+    );
+    let four = rows
+        .iter()
+        .find(|row| row[1] == "ball" && row[2] == "4")
+        .unwrap();
+    let share: f64 = four[8].parse().unwrap();
+    assert!((0.1..0.9).contains(&share), "{four:?}");
+    let names = [
+        "thrun1998.json",
+        "table_3.csv",
+        "table_3.md",
+        "table_3.tex",
+        "figure_3_d1.svg",
+        "figure_4_d1.svg",
+        "figure_5.svg",
+        "figure_6_d1.svg",
+        "figure_7.svg",
+        "figure_8.svg",
+        "errors.csv",
+    ];
+    for name in names {
+        assert!(place.path("r").join(name).exists(), "{name}");
+    }
+    assert_eq!(place.files(), ["r"]);
+    let answer = place.ballmark(&["reproduce", "thrun1998", "--quick", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&answer.done().stdout).unwrap();
+    assert_eq!(json["sets"][0]["name"], "d1");
+}
+
+#[test]
 fn a_paper_that_nobody_knows_is_refused() {
     let place = Workplace::new();
     let answer = place.ballmark(&["reproduce", "thrun1899"]);
     assert_eq!(answer.status, 2);
     assert!(
-        answer.stderr.contains("duckett1998, duckett2000"),
+        answer
+            .stderr
+            .contains("thrun1998, duckett1998, duckett2000"),
         "{}",
         answer.stderr
     );

@@ -12,7 +12,7 @@ use crate::{
     world::corridor,
 };
 use ndarray::{Array2, ArrayView2};
-use std::borrow::Cow;
+use std::{borrow::Cow, ops::Range};
 
 /// Features of a detector.
 const SIGNS: usize = 24;
@@ -20,8 +20,8 @@ const SIGNS: usize = 24;
 /// Signs of some readings, told with a chance of being wrong that is greater than it is.
 struct HalfHearted {
     off: f32,
-    /// The reading of the first sign.
-    first: usize,
+    /// What it looks at; of fewer readings than signs each has several, for greater and greater ranges.
+    readings: Range<usize>,
 }
 
 impl Detector for HalfHearted {
@@ -30,7 +30,11 @@ impl Detector for HalfHearted {
     }
 
     fn detect_batch(&self, _: &[Channel], values: ArrayView2<f32>) -> Result<Array2<f32>> {
-        let short = |k: usize, i: usize| values[(k, self.first + i)] < 1.5;
+        let readings = self.readings.len();
+        let short = |k: usize, i: usize| {
+            let range_m = values[(k, self.readings.start + i % readings)];
+            range_m < 1.5 * (1 + i / readings) as f32
+        };
         Ok(Array2::from_shape_fn((values.nrows(), SIGNS), |(k, i)| {
             if short(k, i) {
                 0.5 + self.off
@@ -84,7 +88,14 @@ fn features_count_as_much_as_the_validation_part_shows() {
         };
         let mapped = Mapped::of(parts.source.as_ref().unwrap());
         let context = MethodContext::over(mapped, &parts, &config).unwrap();
-        let method = context.detector("own", "own", &HalfHearted { off, first: 0 });
+        let method = context.detector(
+            "own",
+            "own",
+            &HalfHearted {
+                off,
+                readings: 0..24,
+            },
+        );
         reductions(&method.unwrap().held_out)
     };
     // Of so many features no rule goes through all outcomes.
@@ -108,16 +119,20 @@ fn two_halves_of_the_readings_say_more_together_than_either() {
         let config = LocaliseConfig::default();
         let mapped = Mapped::of(parts.source.as_ref().unwrap());
         let context = MethodContext::over(mapped, &parts, &config).unwrap();
-        let of = |name: &str, first: usize| {
-            let detector = HalfHearted { off: 0.15, first };
+        let of = |name: &str, readings: Range<usize>| {
+            let detector = HalfHearted {
+                off: 0.15,
+                readings,
+            };
             context.detector(name, name, &detector).unwrap()
         };
-        let (left, right) = (of("left", 0), of("right", SIGNS));
+        let (left, right) = (of("left", 0..12), of("right", 12..24));
         let both = product(&context, "both", "both", &[&left, &right]).unwrap();
         let both = reductions(&both.unwrap().held_out);
         let (left, right) = (reductions(&left.held_out), reductions(&right.held_out));
         assert_eq!(both.len(), 2);
-        for prior in 0..2 {
+        // At their word these say nothing of where in all of the corridor.
+        for prior in 0..if validated { 2 } else { 1 } {
             let better = left[prior].max(right[prior]);
             assert!(
                 both[prior] > better + 0.02,
@@ -126,7 +141,10 @@ fn two_halves_of_the_readings_say_more_together_than_either() {
         }
         // Who has no likelihood has none together with others.
         let odometry = context.odometry("odometry", "odometry");
-        let factors = [of("left", 0).single_snapshots, odometry.single_snapshots];
+        let factors = [
+            of("left", 0..12).single_snapshots,
+            odometry.single_snapshots,
+        ];
         let factors: Vec<_> = factors.iter().map(Option::as_deref).collect();
         let nothing = context.held_out_of_product(&factors).unwrap();
         assert!(nothing.held_out.is_empty());
@@ -142,7 +160,7 @@ fn evidence_that_is_too_much_to_keep_is_judged_all_the_same() {
     let context = MethodContext::over(mapped, &parts, &config).unwrap();
     let detector = HalfHearted {
         off: 0.15,
-        first: 0,
+        readings: 0..24,
     };
     let (answers, map) = context.map_of(&detector).unwrap();
     let map = Arc::new(map.at(&context.mapped.places).unwrap());

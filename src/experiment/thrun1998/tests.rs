@@ -1,0 +1,92 @@
+use super::*;
+
+#[test]
+fn all_that_is_reported_is_there_at_toy_size_and_the_same_again() {
+    let config = Thrun1998Config {
+        steps: 6,
+        trials: 3,
+        ..Thrun1998Config::default().toy()
+    };
+    let mut told = Vec::new();
+    let record = run(&config, &mut |done, all, what| {
+        told.push((done, all, what.to_string()))
+    })
+    .unwrap();
+    assert_eq!(told.len(), 3);
+    assert!(told.iter().all(|(done, all, _)| done < all));
+    let set = &record.sets[0];
+    // Doors and the kernel under six priors, one feature for each, two and three for ±2 m, four of them judged under all.
+    assert_eq!(set.rows.len(), 6 + 6 + 6 + 2 + 6);
+    for row in &set.rows {
+        assert_eq!(row.objective.is_none(), row.approach == "kernel");
+        let held_out = row.held_out.unwrap();
+        assert!(held_out.count == 2 && held_out.mean < 1.0, "{row:?}");
+    }
+    let local = window(2.0);
+    let of = |n| {
+        set.row("ball", n, Some(local), local)
+            .unwrap()
+            .objective
+            .unwrap()
+    };
+    let doors = set.row("door", 1, None, local).unwrap().objective.unwrap();
+    assert!(of(4).mean > of(1).mean && of(1).mean > doors.mean);
+    assert!((0.0..1.0).contains(&set.correlation.mean));
+    // 89 m: a robot without any idea is off by a third of it.
+    assert!(
+        (set.prior_error_m - 29.67).abs() < 0.5,
+        "{}",
+        set.prior_error_m
+    );
+    let outputs: Vec<usize> = set.outputs.iter().map(|output| output.features).collect();
+    assert_eq!(outputs, [1, 1, 1, 4]);
+    assert!(set.outputs.iter().all(|output| output.route_m.is_sorted()));
+
+    let [doors, ball] = &record.global[..] else {
+        panic!("{:?}", record.global);
+    };
+    assert_eq!(
+        (doors.approach.as_str(), ball.approach.as_str()),
+        ("door", "ball")
+    );
+    assert_eq!(ball.error_by_distance.len(), 62);
+    assert!(ball.error_at_m(30.0).unwrap() < doors.error_at_m(0.0).unwrap());
+    let belief = record.belief.as_ref().unwrap();
+    assert_eq!(belief.moments.len(), 9);
+    for moment in &belief.moments {
+        assert!((moment.mass.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        assert_eq!(moment.mass.len(), belief.route_m.len());
+    }
+    assert!(belief.moments[8].expected_error_m < belief.moments[0].expected_error_m);
+    assert_eq!(run(&config, &mut |_, _, _| ()).unwrap(), record);
+}
+
+#[test]
+fn what_makes_no_sense_is_named() {
+    for (config, key) in [
+        (
+            Thrun1998Config {
+                sets: Vec::new(),
+                ..Default::default()
+            },
+            "sets",
+        ),
+        (
+            Thrun1998Config {
+                runs: 1,
+                ..Default::default()
+            },
+            "runs",
+        ),
+        (
+            Thrun1998Config {
+                steps: 0,
+                ..Default::default()
+            },
+            "steps",
+        ),
+    ] {
+        let fault = run(&config, &mut |_, _, _| ()).unwrap_err().to_string();
+        assert!(fault.contains(key), "{fault}");
+    }
+}
