@@ -11,6 +11,7 @@ mod price;
 pub mod reproduction;
 mod scatter;
 mod table;
+mod trajectory;
 mod verdict;
 
 pub use plan::{Plan, PlanLine, plan_plot};
@@ -18,4 +19,5 @@ pub use plot::{Curve, Panel, Trace, category_plot, framed_plot, line_plot, stack
 pub use price::{Priced, price_plot};
 pub use scatter::scatter_plot;
 pub use table::{Cell, Table};
+pub use trajectory::trajectory_tables;
 pub use verdict::verdict_tables;
