@@ -53,8 +53,8 @@ fn errors(evaluation: &Evaluation) -> Table {
         None => "in order, without time stamps".into(),
     };
     table.caption(format!(
-        "completeness {percent:.1} %: {} poses of the estimate paired with {} of the reference, {paired}",
-        evaluation.estimate_poses, evaluation.total
+        "completeness {percent:.1} % of the reference's poses; the estimate has {}, paired {paired}",
+        evaluation.estimate_poses
     ));
     table.caption(format!("RPE: {}", measured(evaluation)));
     let flat = if evaluation.in_plane {

@@ -401,7 +401,7 @@ fn too_few_matched_poses_are_a_failure_unless_allowed() {
         swapped
             .done()
             .stderr
-            .contains("58 of 100 poses of ref.tum have no pose in lost.tum"),
+            .contains("58 of 100 poses of ref.tum lie outside the time of lost.tum"),
         "{}",
         swapped.stderr
     );

@@ -145,7 +145,7 @@ pub fn evaluate(
             estimate.name()
         )));
     }
-    notes.extend(odd(estimate, reference, &pairing, completeness));
+    notes.extend(odd(estimate, reference, &pairing, completeness, options));
 
     let chosen = |of: &Trajectory, at: &[usize]| -> Vec<Pose3> {
         at.iter().map(|&k| of.poses()[k]).collect()
@@ -247,12 +247,24 @@ fn incomplete(
     )
 }
 
+/// Poses before the first or after the last of `other`, whose stamps allow no pair; `of`'s stamps get the offset.
+fn outside(of: &Trajectory, other: &Trajectory, matching: &Matching) -> usize {
+    let (Some(stamps), Some(theirs)) = (of.stamps(), other.stamps()) else {
+        return 0;
+    };
+    let from = theirs[0] - matching.max_difference_s - matching.offset_s;
+    let to = theirs[theirs.len() - 1] + matching.max_difference_s - matching.offset_s;
+    let beyond = |stamp: &&f64| **stamp < from || **stamp > to;
+    stamps.iter().filter(beyond).count()
+}
+
 /// What is unlikely to be meant.
 fn odd(
     estimate: &Trajectory,
     reference: &Trajectory,
     pairing: &Pairing,
     completeness: f64,
+    options: &EvaluationOptions,
 ) -> Vec<String> {
     let mut notes = Vec::new();
     let (name, reference_name) = (estimate.name(), reference.name());
@@ -262,13 +274,13 @@ fn odd(
             "{shared} poses of {name} share a pose of {reference_name} with another: its stamps are denser than --max-difference"
         ));
     }
-    let unmatched = estimate.len() - pairing.len();
+    let outside = outside(estimate, reference, &options.matching);
     if completeness >= LEAST_COMPLETENESS
-        && (unmatched as f64) > (1.0 - LEAST_COMPLETENESS) * estimate.len() as f64
+        && outside as f64 > (1.0 - LEAST_COMPLETENESS) * estimate.len() as f64
     {
         notes.push(format!(
-            "{unmatched} of {} poses of {name} have no pose in {reference_name} and are not judged; if {name} is the reference, \
-             give it second",
+            "{outside} of {} poses of {name} lie outside the time of {reference_name} and are not judged; if {name} is the \
+             reference, give it second",
             estimate.len()
         ));
     }

@@ -61,7 +61,7 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Rows> {
                 headers.len()
             )));
         }
-        let cell = |at: usize| lines::number(&record[at], &lines::shown(&headers[at]));
+        let cell = |at: usize| lines::number(&record[at], &headers[at]);
         pose.push(columns.pose(&headers, cell).map_err(wrong)?);
         if let (Some(stamps), Some(at)) = (&mut stamp_s, columns.time) {
             stamps.push(cell(at).map_err(wrong)?);

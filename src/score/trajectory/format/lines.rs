@@ -95,7 +95,8 @@ pub(super) fn number(cell: &str, name: &str) -> std::result::Result<f64, String>
     match cell.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!(
-            "`{name}` holds `{}`; expected a finite number",
+            "`{}` holds `{}`; expected a finite number",
+            shown(name),
             shown(cell)
         )),
     }
