@@ -65,6 +65,7 @@ fn errors(evaluation: &Evaluation) -> Table {
     let found = &evaluation.alignment;
     table.caption(match found.kind {
         Alignment::None => format!("not aligned{flat}"),
+        kind @ (Alignment::Se2 | Alignment::Se3) => format!("aligned by {kind}{flat}"),
         kind => format!("aligned by {kind}, scale {:.6}{flat}", found.scale),
     });
     table
