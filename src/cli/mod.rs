@@ -15,6 +15,7 @@ mod reproduce;
 mod score;
 mod simulate;
 mod train;
+mod trajectory;
 
 use crate::error::{Error, Result};
 use clap::{Parser, Subcommand};
@@ -46,6 +47,7 @@ enum Command {
     Export(export::Arguments),
     Compare(compare::Arguments),
     Score(score::Arguments),
+    Trajectory(trajectory::Arguments),
     Reproduce(reproduce::Arguments),
 }
 
@@ -74,6 +76,7 @@ pub fn run() -> ExitCode {
         Command::Export(arguments) => export::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Score(arguments) => score::run(arguments),
+        Command::Trajectory(arguments) => trajectory::run(arguments),
         Command::Reproduce(arguments) => reproduce::run(arguments),
     };
     match result {

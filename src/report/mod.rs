@@ -12,6 +12,7 @@ pub mod reproduction;
 mod scatter;
 mod table;
 pub mod thrun1998;
+mod trajectory;
 mod verdict;
 
 pub use plan::{Plan, PlanLine, plan_plot};
@@ -19,4 +20,5 @@ pub use plot::{Curve, Panel, Trace, category_plot, framed_plot, line_plot, stack
 pub use price::{Priced, price_plot};
 pub use scatter::scatter_plot;
 pub use table::{Cell, Table};
+pub use trajectory::trajectory_tables;
 pub use verdict::verdict_tables;

@@ -8,6 +8,9 @@
 //! a label of it. [`Responses`] are read from a CSV file of any system's, and a [`Verdict`] says all this of them. Who answers with probabilities is judged by [`PosteriorScore`]; whether one system is better than another,
 //! [`PairedT`] says, and [`holm`] whether it still is among many. A
 //! [`ClusteredMean`] has an interval over runs or stretches, since trials of one stretch resemble each other, a [`MeanInterval`] one over a few repetitions.
+//!
+//! Who answers with poses is judged by [`trajectory`] (absolute and relative errors against a reference) and, where estimates
+//! before and after correction are known, by [`prediction_correction`].
 
 mod binning;
 mod bootstrap;
@@ -19,7 +22,9 @@ mod judgement;
 mod mean_interval;
 mod paired_t;
 mod posterior;
+pub mod prediction_correction;
 mod responses;
+pub mod trajectory;
 mod uncertainty;
 mod verdict;
 

@@ -20,5 +20,7 @@ mod score;
 mod simulate;
 mod support;
 mod train;
+mod trajectory;
+mod trajectory_faults;
 mod viewpoint;
 mod worlds;

@@ -1,0 +1,283 @@
+//! `ballmark trajectory`: judges anyone's poses.
+
+use super::{Outcome, print, warn};
+use crate::{
+    error::{Error, Result},
+    report::{Table, trajectory_tables},
+    score::{
+        prediction_correction::{Edges, MetricOptions, Precision, SearchStep},
+        trajectory::{
+            self, Alignment, Delta, DeltaUnit, EvaluationOptions, Format, Matching, OutputFormat,
+            Trajectory,
+        },
+    },
+    storage,
+};
+use clap::builder::PossibleValuesParser;
+use std::path::{Path, PathBuf};
+
+/// Judge a trajectory: how far is an estimate from a reference?
+///
+/// Reads poses as TUM (`stamp x y z qx qy qz qw`), KITTI (three rows of four, no stamps) or CSV, guessed from the content. Poses
+/// are paired by time; absolute and relative pose errors (APE, RPE) equal those of `evo`. Fewer than 90 % of REF matched is a failure.
+///
+/// With the estimates before correction (`--prior`) also the prediction-correction metric of Ruiz-Mayor et al. (2006): what the
+/// localiser's correction is worth apart from its prediction.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub struct Arguments {
+    /// Estimated poses.
+    #[arg(value_name = "EST")]
+    estimate: PathBuf,
+    /// Reference: the true poses.
+    #[arg(value_name = "REF")]
+    reference: PathBuf,
+    /// Estimates before correction, with the stamps of EST.
+    #[arg(long, value_name = "P")]
+    prior: Option<PathBuf>,
+    /// One JSON object instead of tables.
+    #[arg(long)]
+    json: bool,
+    /// Write the matched, aligned poses of EST: .tum, .txt or .csv.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Format of all files, instead of guessing it from their content.
+    #[arg(long, value_parser = PossibleValuesParser::new(Format::NAMES))]
+    format: Option<String>,
+    /// Time stamps of files that have none, one a line.
+    #[arg(long, value_name = "FILE")]
+    times: Option<PathBuf>,
+    /// Seconds that the stamps of a pair may differ by.
+    #[arg(long, value_name = "S", default_value_t = Matching::default().max_difference_s, allow_negative_numbers = true)]
+    max_difference: f64,
+    /// Seconds to add to the stamps of EST (and P).
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    offset: f64,
+    /// Move EST onto REF first: a rigid motion in the plane (se2) or in space (se3), with a scale (sim2, sim3).
+    #[arg(long, default_value = "none", value_parser = PossibleValuesParser::new(Alignment::NAMES))]
+    align: String,
+    /// Compare x, y and heading alone.
+    #[arg(long)]
+    planar: bool,
+    /// Distance between the two poses of a relative error.
+    #[arg(long, value_name = "D", default_value_t = Delta::default().value, allow_negative_numbers = true)]
+    delta: f64,
+    /// Unit of --delta.
+    #[arg(long, default_value = "frames", value_parser = PossibleValuesParser::new(DeltaUnit::NAMES))]
+    delta_unit: String,
+    /// Share of --delta that it may be missed by, with --all-pairs.
+    #[arg(long, value_name = "SHARE", default_value_t = Delta::default().tolerance, allow_negative_numbers = true)]
+    delta_tolerance: f64,
+    /// Relative errors from every pose on, not one after the other.
+    #[arg(long)]
+    all_pairs: bool,
+    /// Seek the pairs along REF instead of EST.
+    #[arg(long)]
+    pairs_from_reference: bool,
+    /// Go on where fewer than 90 % of REF are matched.
+    #[arg(long)]
+    allow_incomplete: bool,
+    /// How precise REF is, such as 0.1m,1deg.
+    #[arg(long, value_name = "P")]
+    truth_precision: Option<String>,
+    /// Steps of the localiser's search, such as 10cm,10deg: which estimates could not be better?
+    #[arg(long, value_name = "S")]
+    search_step: Option<String>,
+    /// Ends of intervals of prior error, such as 0.1m,0.2m,5deg; otherwise quartiles.
+    #[arg(long, value_name = "E")]
+    prior_intervals: Option<String>,
+}
+
+const HELP: &str = "\
+CSV: a header with `x_m`, `y_m` (or `x`, `y`), optional `z_m`, `time_s` (or `stamp`), and `heading_rad` or `heading_deg`, or \
+`qx`, `qy`, `qz`, `qw`; separated by commas, semicolons or tabs.
+
+Pairs: each pose of the trajectory with fewer poses gets the one of the other that is nearest in time. Files without stamps \
+are paired in order. Rotations are angles about whatever axis, in degrees. --align se3 may turn a planar trajectory upside down; se2 can't.
+
+--prior: position and heading errors of prior and posterior, their percentiles and merit (mean + standard deviation); C_XY, C_T \
+and C_XYT, the share of poses that the correction brings nearer to the truth, with ties counted and not counted; posterior errors by \
+intervals of prior error. An estimate is optimal within 0.71 of the position step and half the heading step of --search-step.
+
+Exit status: 0 done, 1 failed (unreadable input, no common time, fewer than 90 % matched), 2 wrong call.
+
+Example:
+  printf '0 0 0 0 0 0 0 1\\n1 1 0 0 0 0 0 1\\n2 2 0 0 0 0 0 1\\n' > ref.tum
+  printf '0 0 .1 0 0 0 0 1\\n1 1 .1 0 0 0 0 1\\n2 2 .2 0 0 0 0 1\\n' > est.tum
+  ballmark trajectory est.tum ref.tum";
+
+pub fn run(arguments: Arguments) -> Result<Outcome> {
+    let options = options(&arguments)?;
+    check_files(&arguments)?;
+    let format = arguments.format.as_deref().map(str::parse).transpose()?;
+    let read = |path: &Path| trajectory::read(path, format);
+    let (estimate, (reference, prior)) = rayon::join(
+        || read(&arguments.estimate),
+        || {
+            rayon::join(
+                || read(&arguments.reference),
+                || arguments.prior.as_deref().map(read).transpose(),
+            )
+        },
+    );
+    let mut all = (estimate?, reference?, prior?);
+    if let Some(path) = &arguments.times {
+        all = with_times(path, all)?;
+    }
+    let (estimate, reference, prior) = all;
+    let evaluation = trajectory::evaluate(&estimate, &reference, prior.as_ref(), &options)?;
+    let mut notes = evaluation.notes.clone();
+    let same = |other: &Trajectory| {
+        prior
+            .as_ref()
+            .is_some_and(|prior| prior.poses() == other.poses())
+    };
+    if same(&reference) {
+        notes.push(
+            "the prior holds the poses of the reference: are --prior and REF swapped?".into(),
+        );
+    }
+    if let Some(path) = &arguments.out {
+        trajectory::write(path, &evaluation.aligned)?;
+    }
+    notes.iter().for_each(|note| warn(&format!("note: {note}")));
+    if arguments.json {
+        let json = serde_json::to_string_pretty(&evaluation)
+            .map_err(|e| Error::work(format!("cannot write the result as JSON: {e}")))?;
+        print(&(json + "\n"))?;
+    } else {
+        let tables: Vec<String> = trajectory_tables(&evaluation)
+            .iter()
+            .map(Table::text)
+            .collect();
+        print(&tables.join("\n"))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn options(arguments: &Arguments) -> Result<EvaluationOptions> {
+    let Arguments {
+        max_difference,
+        offset,
+        ..
+    } = *arguments;
+    if !(max_difference.is_finite() && max_difference >= 0.0) {
+        return Err(Error::usage(format!(
+            "--max-difference {max_difference}: expected seconds from 0 on"
+        )));
+    }
+    if !offset.is_finite() {
+        return Err(Error::usage(format!("--offset {offset}: expected seconds")));
+    }
+    fn parsed<T: std::str::FromStr<Err = Error>>(
+        name: &str,
+        text: Option<&String>,
+    ) -> Result<Option<T>> {
+        text.map(|text| text.parse().map_err(|e: Error| e.context(name)))
+            .transpose()
+    }
+    let truth_precision: Option<Precision> =
+        parsed("--truth-precision", arguments.truth_precision.as_ref())?;
+    let search_step: Option<SearchStep> = parsed("--search-step", arguments.search_step.as_ref())?;
+    let edges: Option<Edges> = parsed("--prior-intervals", arguments.prior_intervals.as_ref())?;
+    let needs_prior = [
+        ("--truth-precision", truth_precision.is_some()),
+        ("--search-step", search_step.is_some()),
+        ("--prior-intervals", edges.is_some()),
+    ];
+    if let (None, Some((name, _))) = (
+        &arguments.prior,
+        needs_prior.iter().find(|(_, given)| *given),
+    ) {
+        return Err(Error::usage(format!(
+            "{name} is for --prior; expected both"
+        )));
+    }
+    let delta = Delta {
+        value: arguments.delta,
+        unit: arguments.delta_unit.parse()?,
+        all_pairs: arguments.all_pairs,
+        tolerance: arguments.delta_tolerance,
+        from_reference: arguments.pairs_from_reference,
+    };
+    delta.check().map_err(|e| e.context("--delta"))?;
+    Ok(EvaluationOptions {
+        matching: Matching {
+            max_difference_s: max_difference,
+            offset_s: offset,
+        },
+        alignment: arguments.align.parse()?,
+        in_plane: arguments.planar,
+        delta,
+        allow_incomplete: arguments.allow_incomplete,
+        metric: MetricOptions {
+            truth_precision,
+            search_step,
+            edges: edges.unwrap_or_default(),
+            ..MetricOptions::default()
+        },
+    })
+}
+
+/// Is each file given once, and can the output be made? Asked before the reading.
+fn check_files(arguments: &Arguments) -> Result<()> {
+    let mut given = vec![("EST", &arguments.estimate), ("REF", &arguments.reference)];
+    given.extend(arguments.prior.as_ref().map(|prior| ("--prior", prior)));
+    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    for (k, (name, path)) in given.iter().enumerate() {
+        if let Some((other, _)) = given[..k]
+            .iter()
+            .find(|(_, other)| real(other) == real(path))
+        {
+            return Err(Error::usage(format!(
+                "{}: given as {other} and as {name}; expected two files",
+                path.display()
+            )));
+        }
+    }
+    if let Some(path) = &arguments.out {
+        OutputFormat::of_ending(path).map_err(|e| e.context("--out"))?;
+        storage::check_target(path)?;
+        if let Some((name, _)) = given.iter().find(|(_, read)| real(read) == real(path)) {
+            return Err(Error::usage(format!(
+                "--out {}: would replace {name}; expected another file",
+                path.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+type Files = (Trajectory, Trajectory, Option<Trajectory>);
+
+/// The same poses; those without time stamps get the ones of a file.
+fn with_times(path: &Path, (estimate, reference, prior): Files) -> Result<Files> {
+    let stamp_s = trajectory::read_times(path)?;
+    let mut used = false;
+    let mut stamped = |of: Trajectory| match of.stamps() {
+        Some(_) => Ok(of),
+        None => {
+            used = true;
+            of.with_stamps(stamp_s.clone())
+                .map_err(|e| e.context(path.display()))
+        }
+    };
+    let stamped = (
+        stamped(estimate)?,
+        stamped(reference)?,
+        prior.map(&mut stamped).transpose()?,
+    );
+    if used {
+        Ok(stamped)
+    } else {
+        Err(Error::usage(format!(
+            "--times {}: all files have time stamps of their own; expected one without",
+            path.display()
+        )))
+    }
+}
