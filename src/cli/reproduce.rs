@@ -11,9 +11,14 @@ use crate::{
     error::{Error, Result},
     experiment::{
         reproduce::Paper,
+        ruizmayor2006::{self, Ruizmayor2006Config},
         thrun1998::{self, Thrun1998Config},
     },
-    report::{self, comparison, reproduction},
+    report::{
+        self,
+        comparison::{self, Sheet},
+        reproduction,
+    },
 };
 use std::path::{Path, PathBuf};
 
@@ -21,13 +26,14 @@ use std::path::{Path, PathBuf};
 ///
 /// thrun1998: one to four learned features, doors and ceiling lights on three data sets, by one snapshot and from a start anywhere
 /// (Table 3, Figs. 3 to 8, readings for one bit). duckett1998: evidence-based localisation, a landmark classifier and dead reckoning in six environments (Table 2, Fig. 6).
-/// duckett2000: six landmark recognition systems in four environments (Tables 2 and 3, Fig. 6). The papers' recordings are
+/// duckett2000: six landmark recognition systems in four environments (Tables 2 and 3, Fig. 6). ruizmayor2006: what a correction by a local
+/// search makes of priors that are off (Figs. 6 to 9). The papers' recordings are
 /// lost; the worlds were built from what the papers tell, and nothing was tuned to their figures.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark reproduce duckett1998 --toy")]
 pub struct Arguments {
-    /// thrun1998, duckett1998 or duckett2000.
+    /// thrun1998, duckett1998, duckett2000 or ruizmayor2006.
     #[arg(value_name = "PAPER")]
     paper: Paper,
     /// Folder for the record (JSON), the tables (CSV, Markdown, LaTeX), the pictures (SVG) and the resolved configuration.
@@ -50,12 +56,15 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         make_writable(folder)?;
     }
     let paper = arguments.paper;
-    let Some(configuration) = paper.configuration() else {
-        return thrun1998(&arguments, out);
-    };
     let unpacked = tempfile::tempdir()
         .map_err(|e| Error::io("cannot make a temporary folder", std::env::temp_dir(), e))?;
     paper.unpack(unpacked.path())?;
+    let Some(configuration) = paper.configuration() else {
+        return match paper {
+            Paper::Ruizmayor2006 => ruizmayor2006(&arguments, unpacked.path(), out),
+            _ => thrun1998(&arguments, out),
+        };
+    };
     let config = unpacked.path().join(configuration);
     let comparison = compared(&config, arguments.seed, arguments.toy, out)?;
     let mut sheets = reproduction::sheets(paper, &comparison.record);
@@ -79,16 +88,60 @@ fn thrun1998(arguments: &Arguments, out: Option<&Path>) -> Result<Outcome> {
     }
     let record = record?;
     let sheets = report::thrun1998::sheets(&record);
+    let pictures = report::thrun1998::pictures(&record)?;
+    told(
+        "thrun1998",
+        &record,
+        (&sheets, pictures),
+        out,
+        arguments.json,
+    )
+}
+
+fn ruizmayor2006(arguments: &Arguments, worlds: &Path, out: Option<&Path>) -> Result<Outcome> {
+    let config = Ruizmayor2006Config::default();
+    let config = Ruizmayor2006Config {
+        seed: arguments.seed.unwrap_or(config.seed),
+        ..if arguments.toy { config.toy() } else { config }
+    };
+    let mut progress: Option<Progress> = None;
+    let record = ruizmayor2006::run(&config, worlds, &mut |done, all, next| {
+        let bar = progress.get_or_insert_with(|| Progress::new("reproducing", all));
+        bar.at(done, next);
+    });
+    if let Some(bar) = progress {
+        bar.done();
+    }
+    let record = record?;
+    let sheets = report::ruizmayor2006::sheets(&record);
+    let pictures = report::ruizmayor2006::pictures(&record)?;
+    told(
+        "ruizmayor2006",
+        &record,
+        (&sheets, pictures),
+        out,
+        arguments.json,
+    )
+}
+
+/// Prints the tables, or the record as JSON, and writes everything to a folder.
+fn told(
+    name: &str,
+    record: &impl serde::Serialize,
+    (sheets, pictures): (&[Sheet], Vec<(String, String)>),
+    out: Option<&Path>,
+    json: bool,
+) -> Result<Outcome> {
     if let Some(folder) = out {
-        write_json(&folder.join("thrun1998.json"), &record)?;
-        write_sheets(folder, &sheets, &[])?;
-        for (name, svg) in report::thrun1998::pictures(&record)? {
+        write_json(&folder.join(format!("{name}.json")), record)?;
+        write_sheets(folder, sheets, &[])?;
+        for (name, svg) in pictures {
             write_text(&folder.join(format!("{name}.svg")), &svg)?;
         }
     }
-    match arguments.json {
-        true => print(&(in_json(&record)? + "\n"))?,
-        false => print(&sheets_text(&sheets))?,
+    match json {
+        true => print(&(in_json(record)? + "\n"))?,
+        false => print(&sheets_text(sheets))?,
     }
     Ok(Outcome::Done)
 }

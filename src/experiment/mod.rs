@@ -30,6 +30,7 @@ pub mod recognition;
 pub mod region_coverage;
 pub mod reproduce;
 pub mod risk_coverage;
+pub mod ruizmayor2006;
 pub mod same_sensor;
 pub mod sensor_models;
 pub mod sequences;

@@ -260,3 +260,25 @@ pub const THRUN_1998_FIG_3: [(usize, &str, f64, f64); 9] = [
 /// What Thrun (1998), 5.2.4, tells of Fig. 6 (D-1): metres after which BaLL's mean error is below 1 m, the error of doors after 30 m, and
 /// the metres after which BaLL is as accurate.
 pub const THRUN_1998_FIG_6: [f64; 3] = [9.5, 7.46, 4.0];
+
+/// What Ruiz-Mayor, Triviño & Bailador, *A performance metric for mobile robot localization* (2006), 4.3 and 4.4, print of all three runs
+/// together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ruizmayor2006 {
+    /// Largest position and heading error, centimetres and degrees.
+    pub largest: [f64; 2],
+    /// What 95 % of them stay within.
+    pub p95: [f64; 2],
+    /// Optimal estimates, per cent.
+    pub optimal: f64,
+    /// C_XY, C_T and C_XYT, per cent.
+    pub correction: [f64; 3],
+}
+
+/// As printed.
+pub const RUIZMAYOR_2006: Ruizmayor2006 = Ruizmayor2006 {
+    largest: [34.0, 7.2],
+    p95: [20.4, 5.7],
+    optimal: 53.2,
+    correction: [88.0, 95.0, 84.0],
+};

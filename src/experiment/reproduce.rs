@@ -21,6 +21,8 @@ pub enum Paper {
     Duckett1998,
     /// Duckett & Nehmzow, *Performance comparison of landmark recognition systems for navigating mobile robots*.
     Duckett2000,
+    /// Ruiz-Mayor, Triviño & Bailador, *A performance metric for mobile robot localization*.
+    Ruizmayor2006,
 }
 
 /// A file of the repository by its name below `configs/`, and what is in it.
@@ -32,7 +34,12 @@ macro_rules! files {
 
 impl Paper {
     /// All of them.
-    pub const ALL: [Paper; 3] = [Paper::Thrun1998, Paper::Duckett1998, Paper::Duckett2000];
+    pub const ALL: [Paper; 4] = [
+        Paper::Thrun1998,
+        Paper::Duckett1998,
+        Paper::Duckett2000,
+        Paper::Ruizmayor2006,
+    ];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -40,6 +47,7 @@ impl Paper {
             Paper::Thrun1998 => "thrun1998",
             Paper::Duckett1998 => "duckett1998",
             Paper::Duckett2000 => "duckett2000",
+            Paper::Ruizmayor2006 => "ruizmayor2006",
         }
     }
 
@@ -49,6 +57,7 @@ impl Paper {
             Paper::Thrun1998 => "Thrun 1998",
             Paper::Duckett1998 => "Duckett & Nehmzow 1998",
             Paper::Duckett2000 => "Duckett & Nehmzow 2000",
+            Paper::Ruizmayor2006 => "Ruiz-Mayor et al. 2006",
         }
     }
 
@@ -72,14 +81,19 @@ impl Paper {
                 "worlds/duckett2000-c.toml",
                 "worlds/duckett2000-d.toml",
             ],
+            Paper::Ruizmayor2006 => files![
+                "worlds/ruizmayor2006-r1.toml",
+                "worlds/ruizmayor2006-r2.toml",
+                "worlds/ruizmayor2006-r3.toml",
+            ],
         }
     }
 
-    /// Name of the comparison's file among those [unpacked](Self::unpack). None of [`Paper::Thrun1998`], whose experiments are those of
-    /// [`thrun1998`](super::thrun1998).
+    /// Name of the comparison's file among those [unpacked](Self::unpack). None of [`Paper::Thrun1998`] and
+    /// [`Paper::Ruizmayor2006`], whose experiments are those of [`thrun1998`](super::thrun1998) and [`ruizmayor2006`](super::ruizmayor2006).
     pub fn configuration(self) -> Option<&'static str> {
         match self {
-            Paper::Thrun1998 => None,
+            Paper::Thrun1998 | Paper::Ruizmayor2006 => None,
             Paper::Duckett1998 | Paper::Duckett2000 => Some(self.files()[0].0),
         }
     }

@@ -101,6 +101,11 @@ impl LocalGridConfig {
         Ok(())
     }
 
+    /// Poses that are compared in a correction.
+    pub fn poses(&self) -> usize {
+        self.offsets().len()
+    }
+
     /// G_LP less its centre, x, y and turn: from the centre outwards, of positions as far away in rows, of headings the
     /// least turned first.
     fn offsets(&self) -> Vec<Pose> {

@@ -9,6 +9,7 @@ mod plane;
 mod plot;
 mod price;
 pub mod reproduction;
+pub mod ruizmayor2006;
 mod scatter;
 mod table;
 pub mod thrun1998;

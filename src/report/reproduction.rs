@@ -13,7 +13,8 @@ use crate::{
 /// The tables of a paper, from the record of its [comparison](Paper::comparison).
 pub fn sheets(paper: Paper, record: &ComparisonRecord) -> Vec<Sheet> {
     match paper {
-        Paper::Thrun1998 => Vec::new(), // no comparison: `report::thrun1998` has its tables
+        // No comparisons: `report::thrun1998` and `report::ruizmayor2006` have their tables.
+        Paper::Thrun1998 | Paper::Ruizmayor2006 => Vec::new(),
         Paper::Duckett1998 => vec![duckett1998(record)],
         Paper::Duckett2000 => vec![coefficients(record), responses(record), tests(record)],
     }

@@ -84,6 +84,29 @@ fn thruns_figures_stand_beside_ours() {
 }
 
 #[test]
+fn the_metric_of_a_correction_stands_beside_the_papers() {
+    let place = Workplace::new();
+    let answer = place.ballmark(&["reproduce", "ruizmayor2006", "--quick", "--out", "r"]);
+    let text = &answer.done().stdout;
+    for part in ["C_XYT", "53.2", "20.4", "s_T (°)", "noise of ranges"] {
+        assert!(text.contains(part), "`{part}` is missing in: {text}");
+    }
+    let table = std::fs::read_to_string(place.path("r/figures.csv")).unwrap();
+    let first = table.lines().nth(1).unwrap();
+    assert_eq!(first, "estimates of a repetition,141,141,18,62,61");
+    for name in [
+        "ruizmayor2006.json",
+        "by_prior_error.md",
+        "by_heading_step.tex",
+        "figure_8.svg",
+        "figure_9.svg",
+    ] {
+        assert!(place.path("r").join(name).exists(), "{name}");
+    }
+    assert_eq!(place.files(), ["r"]);
+}
+
+#[test]
 fn a_paper_that_nobody_knows_is_refused() {
     let place = Workplace::new();
     let answer = place.ballmark(&["reproduce", "thrun1899"]);
@@ -91,7 +114,7 @@ fn a_paper_that_nobody_knows_is_refused() {
     assert!(
         answer
             .stderr
-            .contains("thrun1998, duckett1998, duckett2000"),
+            .contains("thrun1998, duckett1998, duckett2000, ruizmayor2006"),
         "{}",
         answer.stderr
     );

@@ -1,0 +1,522 @@
+//! The experiment of Ruiz-Mayor, Triviño & Bailador, *A performance metric for mobile robot localization*, ICINCO 2006 (R06), 4: what a
+//! correction by the nearest expected perception makes of priors that are off by up to half a metre, in three simulated runs.
+//!
+//! As R06 has it, every snapshot is judged on its own: its prior is drawn around the truth, so that the correction alone is measured.
+//! Beside the printed constants, two experiments that R06 proposes: a coarser search in heading (4.3), and readings that are worse (3.4).
+
+use super::reproduce::Paper;
+use crate::{
+    error::{Error, Result},
+    geometry::{Pose, wrapped},
+    localiser::{
+        Learn,
+        local_grid::{LocalGrid, LocalGridConfig},
+    },
+    recording::Recording,
+    score::{
+        MeanInterval,
+        prediction_correction::{
+            Edges, MetricOptions, PositionHeading, PredictionCorrection, RunMetric, Traces,
+        },
+    },
+    seed::{Seed, Stream},
+    world::{
+        Building,
+        simulation::{Choice, simulate},
+    },
+};
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::{path::Path, time::Instant};
+
+/// The runs, and the files of their worlds.
+pub const RUNS: [(&str, &str); 3] = [
+    ("R1", "worlds/ruizmayor2006-r1.toml"),
+    ("R2", "worlds/ruizmayor2006-r2.toml"),
+    ("R3", "worlds/ruizmayor2006-r3.toml"),
+];
+
+/// What is run, and how often.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ruizmayor2006Config {
+    /// The one seed of the run: readings and priors.
+    pub seed: u64,
+    /// How often priors are drawn anew; intervals are over these.
+    pub repetitions: usize,
+    /// The prediction is off by up to so much (4.2), metres …
+    pub prediction_m: f64,
+    /// … and degrees.
+    pub prediction_deg: f64,
+    /// And uniform noise is put on it up to so much (4.2), metres …
+    pub noise_m: f64,
+    /// … and degrees.
+    pub noise_deg: f64,
+    /// s_XY in metres.
+    pub position_step_m: f64,
+    /// s_T in degrees: the first is R06's, the others are tried beside it (4.3).
+    pub heading_steps_deg: Vec<f64>,
+    /// Normal noise put on every range, as standard deviations in metres (3.4): the first is R06's.
+    pub range_noise_m: Vec<f64>,
+}
+
+impl Default for Ruizmayor2006Config {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            repetitions: 20,
+            prediction_m: 0.1,
+            prediction_deg: 5.0,
+            noise_m: 0.4,
+            noise_deg: 40.0,
+            position_step_m: 0.1,
+            heading_steps_deg: vec![10.0, 5.0, 20.0, 40.0],
+            range_noise_m: vec![0.0, 0.05, 0.1, 0.2, 0.4],
+        }
+    }
+}
+
+impl Ruizmayor2006Config {
+    /// Three repetitions.
+    pub fn toy(self) -> Self {
+        Self {
+            repetitions: 3,
+            ..self
+        }
+    }
+
+    /// # Errors
+    /// A usage error that names the key at fault.
+    pub fn check(&self) -> Result<()> {
+        let wrong = |key: &str, expected: &str| {
+            Err(Error::usage(format!(
+                "ruizmayor2006.{key}: expected {expected}"
+            )))
+        };
+        if self.repetitions == 0 {
+            return wrong("repetitions", "1 or more");
+        }
+        for (key, value) in [
+            ("prediction_m", self.prediction_m),
+            ("prediction_deg", self.prediction_deg),
+            ("noise_m", self.noise_m),
+            ("noise_deg", self.noise_deg),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return wrong(key, "0 or more");
+            }
+        }
+        if self.heading_steps_deg.is_empty() || self.range_noise_m.is_empty() {
+            return wrong(
+                "heading_steps_deg, ruizmayor2006.range_noise_m",
+                "one or more of each",
+            );
+        }
+        if !self
+            .range_noise_m
+            .iter()
+            .all(|m| m.is_finite() && *m >= 0.0)
+        {
+            return wrong("range_noise_m", "metres of 0 or more");
+        }
+        Ok(())
+    }
+
+    /// The search of R06 4.1 with another step in heading.
+    fn search(&self, world: &Path, heading_step_deg: f64) -> LocalGridConfig {
+        LocalGridConfig {
+            world: world.into(),
+            position_step_m: self.position_step_m,
+            heading_step_rad: heading_step_deg.to_radians(),
+            ..LocalGridConfig::default()
+        }
+    }
+}
+
+/// All that came of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Ruizmayor2006Record {
+    /// Of the crate.
+    pub version: String,
+    /// What was run.
+    pub config: Ruizmayor2006Config,
+    /// The printed constants first, then each other step in heading, then each other noise of the ranges.
+    pub experiments: Vec<ExperimentRecord>,
+    /// Mean time of a correction in seconds, one a step in heading, on one thread; priors are drawn, so that there is no time of a
+    /// prediction (2.1). Records are equal whatever it is.
+    pub timing: Ruizmayor2006Timing,
+}
+
+/// How long corrections took.
+#[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
+pub struct Ruizmayor2006Timing {
+    /// In the order of `heading_steps_deg`.
+    pub correction_s: Vec<f64>,
+}
+
+impl PartialEq for Ruizmayor2006Timing {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// One set of constants.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct ExperimentRecord {
+    /// s_T in degrees.
+    pub heading_step_deg: f64,
+    /// Standard deviation of the noise put on every range, in metres.
+    pub range_noise_m: f64,
+    /// Poses that are compared in a correction.
+    pub poses: usize,
+    /// Of all repetitions together, a run a name.
+    pub together: PredictionCorrection,
+    /// Over the repetitions: of all three runs, then of each.
+    pub figures: Vec<Figures>,
+}
+
+/// What R06 tells of its figures, each with its interval over repetitions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Figures {
+    /// `all runs`, `R1`, `R2` or `R3`.
+    pub name: String,
+    /// Estimates of one repetition.
+    pub n: usize,
+    /// The largest posterior position error, metres.
+    pub largest_m: MeanInterval,
+    /// And heading error, degrees.
+    pub largest_deg: MeanInterval,
+    /// What 95 % of the position errors stay within, metres.
+    pub p95_m: MeanInterval,
+    /// And of the heading errors, degrees.
+    pub p95_deg: MeanInterval,
+    /// Share of estimates within both maximum reachable precisions.
+    pub optimal: MeanInterval,
+    /// μ + σ of the position errors, metres (4-2).
+    pub merit_m: MeanInterval,
+    /// And of the heading errors, degrees.
+    pub merit_deg: MeanInterval,
+    /// C_XY, C_T and C_XYT with ≤.
+    pub not_worse: [MeanInterval; 3],
+    /// The same with <.
+    pub better: [MeanInterval; 3],
+}
+
+/// A run, and where its snapshots were taken.
+struct Run {
+    name: &'static str,
+    recording: Recording,
+    world: std::path::PathBuf,
+}
+
+/// Runs all of it; `worlds` is a folder that the paper's files were [unpacked](Paper::unpack) to. `progress` is told how many experiments
+/// are done, of how many, and what comes next.
+///
+/// # Errors
+/// Where the configuration makes no sense, or a world can't be simulated.
+pub fn run(
+    config: &Ruizmayor2006Config,
+    worlds: &Path,
+    progress: &mut dyn FnMut(usize, usize, &str),
+) -> Result<Ruizmayor2006Record> {
+    config.check()?;
+    let runs = RUNS.map(|(name, file)| -> Result<Run> {
+        let building = Building::from_text(Paper::Ruizmayor2006.file(file)?)?;
+        Ok(Run {
+            name,
+            recording: simulate(&building, Seed(config.seed), &Choice::default())?,
+            world: worlds.join(file),
+        })
+    });
+    let runs = runs.into_iter().collect::<Result<Vec<Run>>>()?;
+    let (steps, noises) = (&config.heading_steps_deg, &config.range_noise_m);
+    let by_step = steps.iter().map(|&step| (step, noises[0]));
+    let by_noise = noises[1..].iter().map(|&noise| (steps[0], noise));
+    let all: Vec<(f64, f64)> = by_step.chain(by_noise).collect();
+    let (mut experiments, mut timing) = (Vec::new(), Ruizmayor2006Timing::default());
+    for (done, &(step, noise)) in all.iter().enumerate() {
+        progress(
+            done,
+            all.len(),
+            &format!("steps of {step}°, noise of {noise} m"),
+        );
+        experiments.push(experiment(config, &runs, step, noise)?);
+    }
+    for &step in steps {
+        timing
+            .correction_s
+            .push(correction_s(config, &runs[1], step)?);
+    }
+    Ok(Ruizmayor2006Record {
+        version: env!("CARGO_PKG_VERSION").to_string(),
+        config: config.clone(),
+        experiments,
+        timing,
+    })
+}
+
+/// Prior and posterior poses of one run in one repetition.
+struct Estimates {
+    prior: Vec<Pose>,
+    posterior: Vec<Pose>,
+}
+
+fn experiment(
+    config: &Ruizmayor2006Config,
+    runs: &[Run],
+    heading_step_deg: f64,
+    range_noise_m: f64,
+) -> Result<ExperimentRecord> {
+    let mut poses = 0;
+    // `[run][repetition]`
+    let mut estimates: Vec<Vec<Estimates>> = Vec::new();
+    for (number, run) in runs.iter().enumerate() {
+        let search = config.search(&run.world, heading_step_deg);
+        poses = search.poses();
+        let grid = LocalGrid::learn(&search, &run.recording, &[0], Seed(config.seed))?;
+        let repeated = (0..config.repetitions).into_par_iter().map(|repetition| {
+            let stream = (repetition * RUNS.len() + number) as u64;
+            let mut random = Seed(config.seed).numbered_stream("priors of a run", stream);
+            let mut noise = Seed(config.seed).numbered_stream("noise of ranges", stream);
+            let prior: Vec<Pose> = (run.recording.poses().iter())
+                .map(|truth| config.prior(truth, &mut random))
+                .collect();
+            let posterior = prior.iter().enumerate().map(|(k, prior)| {
+                let mut values = run.recording.observation(k).values.to_owned();
+                for value in &mut values {
+                    let off: f64 = StandardNormal.sample(&mut noise);
+                    // What did not come back stays missing.
+                    *value = (*value + (range_noise_m * off) as f32).clamp(0.0, f32::MAX);
+                }
+                grid.corrected(run.recording.channels(), values.view(), prior)
+            });
+            Estimates {
+                posterior: posterior.collect(),
+                prior,
+            }
+        });
+        estimates.push(repeated.collect());
+    }
+    let options = MetricOptions {
+        search_step: Some(PositionHeading {
+            position_m: Some(config.position_step_m),
+            heading_deg: Some(heading_step_deg),
+        }),
+        truth_precision: Some(PositionHeading {
+            position_m: Some(0.0),
+            heading_deg: Some(0.0),
+        }),
+        edges: Edges {
+            position_m: vec![0.1, 0.2, 0.3, 0.4],
+            heading_deg: vec![10.0, 20.0, 30.0, 40.0],
+        },
+        ..MetricOptions::default()
+    };
+    let of_repetition = |repetition: usize| {
+        let traces: Vec<Traces> = (runs.iter().zip(&estimates))
+            .map(|(run, of)| Traces {
+                name: run.name,
+                real: run.recording.poses(),
+                prior: &of[repetition].prior,
+                posterior: &of[repetition].posterior,
+            })
+            .collect();
+        PredictionCorrection::of(&traces, &options)
+    };
+    let repetitions = (0..config.repetitions)
+        .map(of_repetition)
+        .collect::<Result<Vec<_>>>()?;
+    // All repetitions of a run one after the other.
+    let many = |poses: &[Pose]| poses.repeat(config.repetitions);
+    let joined: Vec<[Vec<Pose>; 3]> = (runs.iter().zip(&estimates))
+        .map(|(run, of)| {
+            let all =
+                |which: fn(&Estimates) -> &Vec<Pose>| of.iter().flat_map(which).copied().collect();
+            [
+                many(run.recording.poses()),
+                all(|e| &e.prior),
+                all(|e| &e.posterior),
+            ]
+        })
+        .collect();
+    let traces: Vec<Traces> = (runs.iter().zip(&joined))
+        .map(|(run, [real, prior, posterior])| Traces {
+            name: run.name,
+            real,
+            prior,
+            posterior,
+        })
+        .collect();
+    let overall: Vec<&RunMetric> = repetitions.iter().map(|metric| &metric.overall).collect();
+    let mut figures = vec![figures(&overall)?];
+    for number in 0..runs.len() {
+        let of_run: Vec<&RunMetric> = repetitions.iter().map(|m| &m.runs[number]).collect();
+        figures.push(self::figures(&of_run)?);
+    }
+    Ok(ExperimentRecord {
+        heading_step_deg,
+        range_noise_m,
+        poses,
+        together: PredictionCorrection::of(&traces, &options)?,
+        figures,
+    })
+}
+
+impl Ruizmayor2006Config {
+    /// The truth, off by the prediction's error and by the noise put on it: each uniform over a disc and over an interval.
+    fn prior(&self, truth: &Pose, random: &mut Stream) -> Pose {
+        let mut pose = *truth;
+        for (radius_m, radius_deg) in [
+            (self.prediction_m, self.prediction_deg),
+            (self.noise_m, self.noise_deg),
+        ] {
+            let [x, y] = loop {
+                let [x, y] = [0; 2].map(|_| random.random_range(-1.0..=1.0_f64));
+                if x * x + y * y <= 1.0 {
+                    break [x, y];
+                }
+            };
+            let turn_deg = radius_deg * random.random_range(-1.0..=1.0_f64);
+            pose = Pose::new(
+                pose.x_m + radius_m * x,
+                pose.y_m + radius_m * y,
+                wrapped(pose.heading_rad + turn_deg.to_radians()),
+            );
+        }
+        pose
+    }
+}
+
+fn figures(repetitions: &[&RunMetric]) -> Result<Figures> {
+    let mean = |of: &dyn Fn(&RunMetric) -> f64| {
+        let values: Vec<f64> = repetitions.iter().map(|metric| of(metric)).collect();
+        let mean = MeanInterval::of(&values);
+        mean.ok_or_else(|| Error::work("ruizmayor2006: a figure that is no finite number"))
+    };
+    let first = repetitions.first();
+    let first = first.ok_or_else(|| Error::work("ruizmayor2006: no repetition"))?;
+    let factors = |of: fn(&crate::score::prediction_correction::CorrectionFactor) -> f64| -> Result<[MeanInterval; 3]> {
+        Ok([
+            mean(&|metric| of(&metric.correction.position))?,
+            mean(&|metric| of(&metric.correction.heading))?,
+            mean(&|metric| of(&metric.correction.both))?,
+        ])
+    };
+    Ok(Figures {
+        name: first.name.clone(),
+        n: first.n,
+        largest_m: mean(&|metric| metric.posterior.position_m.percentiles.p100)?,
+        largest_deg: mean(&|metric| metric.posterior.heading_deg.percentiles.p100)?,
+        p95_m: mean(&|metric| metric.posterior.position_m.percentiles.p95)?,
+        p95_deg: mean(&|metric| metric.posterior.heading_deg.percentiles.p95)?,
+        optimal: mean(&|metric| metric.optimal.map_or(f64::NAN, |optimal| optimal.fraction))?,
+        merit_m: mean(&|metric| metric.posterior.position_m.merit)?,
+        merit_deg: mean(&|metric| metric.posterior.heading_deg.merit)?,
+        not_worse: factors(|factor| factor.not_worse)?,
+        better: factors(|factor| factor.better)?,
+    })
+}
+
+/// Mean seconds of a correction of a run's first snapshots, one after the other.
+fn correction_s(config: &Ruizmayor2006Config, run: &Run, heading_step_deg: f64) -> Result<f64> {
+    let search = config.search(&run.world, heading_step_deg);
+    let grid = LocalGrid::learn(&search, &run.recording, &[0], Seed(config.seed))?;
+    let timed = run.recording.len().min(20);
+    let began = Instant::now();
+    for k in 0..timed {
+        let observation = run.recording.observation(k);
+        let pose = run.recording.poses()[k];
+        std::hint::black_box(grid.corrected(run.recording.channels(), observation.values, &pose));
+    }
+    Ok(began.elapsed().as_secs_f64() / timed.max(1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(config: &Ruizmayor2006Config) -> Ruizmayor2006Record {
+        let folder = tempfile::tempdir().unwrap();
+        Paper::Ruizmayor2006.unpack(folder.path()).unwrap();
+        run(config, folder.path(), &mut |_, _, _| ()).unwrap()
+    }
+
+    #[test]
+    fn a_correction_makes_most_priors_better_and_worse_readings_fewer() {
+        let config = Ruizmayor2006Config {
+            heading_steps_deg: vec![10.0, 40.0],
+            range_noise_m: vec![0.0, 0.4],
+            ..Ruizmayor2006Config::default().toy()
+        };
+        let made = record(&config);
+        let [printed, coarse, noisy] = &made.experiments[..] else {
+            panic!("{}", made.experiments.len());
+        };
+        // 49 positions within 0.4 m of the centre, nine headings (R06 4.1); one estimate a snapshot (4.2).
+        assert_eq!((printed.poses, coarse.poses), (49 * 9, 49 * 3));
+        let n: Vec<usize> = printed.figures.iter().map(|figures| figures.n).collect();
+        assert_eq!(n, [141, 18, 62, 61]);
+        assert_eq!(printed.together.overall.n, 3 * 141);
+        let all = |experiment: &ExperimentRecord| experiment.figures[0].clone();
+        assert!(all(printed).not_worse[0].mean > 0.7, "{:?}", all(printed));
+        assert!(all(printed).not_worse[1].mean > 0.8);
+        assert!(all(noisy).not_worse[0].mean < all(printed).not_worse[0].mean);
+        assert!(all(coarse).p95_deg.mean > all(printed).p95_deg.mean);
+        // Priors reach what they may, and no farther.
+        let prior = &printed.together.overall.prior;
+        assert!(
+            prior.position_m.percentiles.p100 <= 0.5 && prior.position_m.percentiles.p100 > 0.4
+        );
+        assert!(
+            prior.heading_deg.percentiles.p100 <= 45.0 && prior.heading_deg.percentiles.p100 > 38.0
+        );
+        assert_eq!(made, record(&config));
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_named() {
+        let faults = [
+            (
+                Ruizmayor2006Config {
+                    repetitions: 0,
+                    ..Default::default()
+                },
+                "repetitions",
+            ),
+            (
+                Ruizmayor2006Config {
+                    noise_m: -1.0,
+                    ..Default::default()
+                },
+                "noise_m",
+            ),
+            (
+                Ruizmayor2006Config {
+                    heading_steps_deg: Vec::new(),
+                    ..Default::default()
+                },
+                "heading_steps_deg",
+            ),
+            (
+                Ruizmayor2006Config {
+                    range_noise_m: vec![f64::NAN],
+                    ..Default::default()
+                },
+                "range_noise_m",
+            ),
+        ];
+        for (config, key) in faults {
+            let fault = run(&config, Path::new(""), &mut |_, _, _| ()).unwrap_err();
+            assert!(
+                fault.is_usage() && fault.to_string().contains(key),
+                "{fault}"
+            );
+        }
+    }
+}
