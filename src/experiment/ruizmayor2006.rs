@@ -20,6 +20,7 @@ use crate::{
         },
     },
     seed::{Seed, Stream},
+    storage,
     world::{
         Building,
         simulation::{Choice, simulate},
@@ -29,7 +30,10 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::{path::Path, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 /// The runs, and the files of their worlds.
 pub const RUNS: [(&str, &str); 3] = [
@@ -60,7 +64,22 @@ pub struct Ruizmayor2006Config {
     pub heading_steps_deg: Vec<f64>,
     /// Normal noise put on every range, as standard deviations in metres (3.4): the first is R06's.
     pub range_noise_m: Vec<f64>,
+    /// Longest readings that are tried beside those of the worlds, in metres: R06 tells of none, the worlds assume 6 m.
+    pub longest_readings_m: Vec<f64>,
+    /// Metres from one pilaster to the next, on both walls of the corridor R3, that are tried beside its bare walls: what stood there R06
+    /// does not tell.
+    pub pilasters_every_m: Vec<f64>,
 }
+
+/// How far pilasters stand out of a wall, in metres.
+const PILASTER_M: f64 = 0.2;
+/// They keep this far from the ends of the corridor, where the robot's way comes near its walls.
+const FREE_END_M: f64 = 4.0;
+/// The long walls of R3 (configs/worlds/ruizmayor2006-r3.toml), each from west to east, its other wall to the left or to the right.
+const LONG_WALLS: [([f64; 2], [f64; 2], f64); 2] = [
+    ([0.5, 5.0], [23.216, -16.183], 1.0),
+    ([3.017, 7.699], [25.732, -13.484], -1.0),
+];
 
 impl Default for Ruizmayor2006Config {
     fn default() -> Self {
@@ -74,8 +93,61 @@ impl Default for Ruizmayor2006Config {
             position_step_m: 0.1,
             heading_steps_deg: vec![10.0, 5.0, 20.0, 40.0],
             range_noise_m: vec![0.0, 0.05, 0.1, 0.2, 0.4],
+            longest_readings_m: vec![40.0],
+            pilasters_every_m: vec![4.0, 2.0],
         }
     }
+}
+
+/// In which worlds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Worlds {
+    /// As they stand in the files.
+    AsTheyAre,
+    /// With sonars that read up to so many metres.
+    LongestReadingM(f64),
+    /// With pilasters so many metres apart in R3.
+    PilastersEveryM(f64),
+}
+
+impl Worlds {
+    /// What is added to the file of a run.
+    fn added(self, run: &str) -> String {
+        match self {
+            Worlds::AsTheyAre => String::new(),
+            Worlds::LongestReadingM(m) => format!("\n[sonar]\nmaximum_m = {m:?}\n"),
+            Worlds::PilastersEveryM(every_m) if run == "R3" => pilasters(every_m),
+            Worlds::PilastersEveryM(_) => String::new(),
+        }
+    }
+}
+
+/// Walls that stand out of the long walls of R3, those of one wall midway between those of the other.
+fn pilasters(every_m: f64) -> String {
+    let mut walls = String::new();
+    for (number, ([x_m, y_m], [to_x_m, to_y_m], side)) in LONG_WALLS.into_iter().enumerate() {
+        let length_m = (to_x_m - x_m).hypot(to_y_m - y_m);
+        let (along, across) = (
+            [(to_x_m - x_m) / length_m, (to_y_m - y_m) / length_m],
+            [
+                -(to_y_m - y_m) / length_m * side,
+                (to_x_m - x_m) / length_m * side,
+            ],
+        );
+        let mut at_m = FREE_END_M + 0.5 * every_m * number as f64;
+        while at_m < length_m - FREE_END_M {
+            let [foot_x, foot_y] = [x_m + at_m * along[0], y_m + at_m * along[1]];
+            let [tip_x, tip_y] = [
+                foot_x + PILASTER_M * across[0],
+                foot_y + PILASTER_M * across[1],
+            ];
+            walls += &format!("\n[[wall]]\npoints = [[{foot_x}, {foot_y}], [{tip_x}, {tip_y}]]\n");
+            at_m += every_m;
+        }
+    }
+    walls
 }
 
 impl Ruizmayor2006Config {
@@ -121,6 +193,20 @@ impl Ruizmayor2006Config {
         {
             return wrong("range_noise_m", "metres of 0 or more");
         }
+        if !self
+            .longest_readings_m
+            .iter()
+            .all(|m| m.is_finite() && *m > 0.0)
+        {
+            return wrong("longest_readings_m", "metres above 0");
+        }
+        if !self
+            .pilasters_every_m
+            .iter()
+            .all(|m| m.is_finite() && *m >= 0.5)
+        {
+            return wrong("pilasters_every_m", "metres of 0.5 or more");
+        }
         Ok(())
     }
 
@@ -143,7 +229,8 @@ pub struct Ruizmayor2006Record {
     pub version: String,
     /// What was run.
     pub config: Ruizmayor2006Config,
-    /// The printed constants first, then each other step in heading, then each other noise of the ranges.
+    /// The printed constants first, then each other step in heading, then each other noise of the ranges, then the other
+    /// worlds.
     pub experiments: Vec<ExperimentRecord>,
     /// Mean time of a correction in seconds, one a step in heading, on one thread; priors are drawn, so that there is no time of a
     /// prediction (2.1). Records are equal whatever it is.
@@ -172,6 +259,8 @@ pub struct ExperimentRecord {
     pub heading_step_deg: f64,
     /// Standard deviation of the noise put on every range, in metres.
     pub range_noise_m: f64,
+    /// In which worlds.
+    pub worlds: Worlds,
     /// Poses that are compared in a correction.
     pub poses: usize,
     /// Of all repetitions together, a run a name.
@@ -212,7 +301,7 @@ pub struct Figures {
 struct Run {
     name: &'static str,
     recording: Recording,
-    world: std::path::PathBuf,
+    world: PathBuf,
 }
 
 /// Runs all of it; `worlds` is a folder that the paper's files were [unpacked](Paper::unpack) to. `progress` is told how many experiments
@@ -226,27 +315,40 @@ pub fn run(
     progress: &mut dyn FnMut(usize, usize, &str),
 ) -> Result<Ruizmayor2006Record> {
     config.check()?;
-    let runs = RUNS.map(|(name, file)| -> Result<Run> {
-        let building = Building::from_text(Paper::Ruizmayor2006.file(file)?)?;
-        Ok(Run {
-            name,
-            recording: simulate(&building, Seed(config.seed), &Choice::default())?,
-            world: worlds.join(file),
-        })
-    });
-    let runs = runs.into_iter().collect::<Result<Vec<Run>>>()?;
+    let runs = simulated(config, worlds, Worlds::AsTheyAre)?;
     let (steps, noises) = (&config.heading_steps_deg, &config.range_noise_m);
-    let by_step = steps.iter().map(|&step| (step, noises[0]));
-    let by_noise = noises[1..].iter().map(|&noise| (steps[0], noise));
-    let all: Vec<(f64, f64)> = by_step.chain(by_noise).collect();
+    let by_step = steps
+        .iter()
+        .map(|&step| (step, noises[0], Worlds::AsTheyAre));
+    let by_noise = noises[1..]
+        .iter()
+        .map(|&noise| (steps[0], noise, Worlds::AsTheyAre));
+    let longest = config
+        .longest_readings_m
+        .iter()
+        .copied()
+        .map(Worlds::LongestReadingM);
+    let pilasters = config
+        .pilasters_every_m
+        .iter()
+        .copied()
+        .map(Worlds::PilastersEveryM);
+    let others = longest
+        .chain(pilasters)
+        .map(|others| (steps[0], noises[0], others));
+    let all: Vec<_> = by_step.chain(by_noise).chain(others).collect();
     let (mut experiments, mut timing) = (Vec::new(), Ruizmayor2006Timing::default());
-    for (done, &(step, noise)) in all.iter().enumerate() {
-        progress(
-            done,
-            all.len(),
-            &format!("steps of {step}°, noise of {noise} m"),
-        );
-        experiments.push(experiment(config, &runs, step, noise)?);
+    for (done, &(step, noise, of_worlds)) in all.iter().enumerate() {
+        let next = format!("steps of {step}°, noise of {noise} m");
+        progress(done, all.len(), &next);
+        let experiment = match of_worlds {
+            Worlds::AsTheyAre => experiment(config, &runs, step, noise)?,
+            _ => experiment(config, &simulated(config, worlds, of_worlds)?, step, noise)?,
+        };
+        experiments.push(ExperimentRecord {
+            worlds: of_worlds,
+            ..experiment
+        });
     }
     for &step in steps {
         timing
@@ -259,6 +361,28 @@ pub fn run(
         experiments,
         timing,
     })
+}
+
+/// The three runs; worlds that are not as they are in the files are written below `folder`.
+fn simulated(config: &Ruizmayor2006Config, folder: &Path, worlds: Worlds) -> Result<Vec<Run>> {
+    let of = |(name, file): (&'static str, &str)| {
+        let text = Paper::Ruizmayor2006.file(file)?;
+        let text = text.to_string() + &worlds.added(name);
+        let world = match worlds {
+            Worlds::AsTheyAre => folder.join(file),
+            _ => folder.join(format!("{name}.toml")),
+        };
+        if worlds != Worlds::AsTheyAre {
+            storage::write_file(&world, |out| out.write_all(text.as_bytes()))?;
+        }
+        let building = Building::from_text(&text)?;
+        Ok(Run {
+            name,
+            recording: simulate(&building, Seed(config.seed), &Choice::default())?,
+            world,
+        })
+    };
+    RUNS.into_iter().map(of).collect()
 }
 
 /// Prior and posterior poses of one run in one repetition.
@@ -362,6 +486,7 @@ fn experiment(
     Ok(ExperimentRecord {
         heading_step_deg,
         range_noise_m,
+        worlds: Worlds::AsTheyAre,
         poses,
         together: PredictionCorrection::of(&traces, &options)?,
         figures,
@@ -452,10 +577,12 @@ mod tests {
         let config = Ruizmayor2006Config {
             heading_steps_deg: vec![10.0, 40.0],
             range_noise_m: vec![0.0, 0.4],
+            longest_readings_m: vec![40.0],
+            pilasters_every_m: vec![2.0],
             ..Ruizmayor2006Config::default().toy()
         };
         let made = record(&config);
-        let [printed, coarse, noisy] = &made.experiments[..] else {
+        let [printed, coarse, noisy, far, structured] = &made.experiments[..] else {
             panic!("{}", made.experiments.len());
         };
         // 49 positions within 0.4 m of the centre, nine headings (R06 4.1); one estimate a snapshot (4.2).
@@ -467,6 +594,10 @@ mod tests {
         assert!(all(printed).not_worse[0].mean > 0.7, "{:?}", all(printed));
         assert!(all(printed).not_worse[1].mean > 0.8);
         assert!(all(noisy).not_worse[0].mean < all(printed).not_worse[0].mean);
+        // A bare corridor tells how far along it he is to nobody, however far he sees; one with pilasters does.
+        let corridor = |experiment: &ExperimentRecord| experiment.figures[3].not_worse[0].mean;
+        assert!((corridor(far) - corridor(printed)).abs() < 0.1);
+        assert!(corridor(structured) > corridor(printed) + 0.1);
         assert!(all(coarse).p95_deg.mean > all(printed).p95_deg.mean);
         // Priors reach what they may, and no farther.
         let prior = &printed.together.overall.prior;
@@ -502,6 +633,13 @@ mod tests {
                     ..Default::default()
                 },
                 "heading_steps_deg",
+            ),
+            (
+                Ruizmayor2006Config {
+                    longest_readings_m: vec![0.0],
+                    ..Default::default()
+                },
+                "longest_readings_m",
             ),
             (
                 Ruizmayor2006Config {

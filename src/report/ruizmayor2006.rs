@@ -8,7 +8,7 @@ use crate::{
     error::Result,
     experiment::{
         printed::RUIZMAYOR_2006,
-        ruizmayor2006::{ExperimentRecord, Figures, Ruizmayor2006Record},
+        ruizmayor2006::{ExperimentRecord, Figures, Ruizmayor2006Record, Worlds},
     },
     score::{MeanInterval, prediction_correction::PriorInterval},
 };
@@ -23,6 +23,7 @@ pub fn sheets(record: &Ruizmayor2006Record) -> Vec<Sheet> {
         by_prior_error(printed),
         by_step(record),
         by_noise(record),
+        by_worlds(record),
     ]
 }
 
@@ -255,7 +256,7 @@ fn by_noise(record: &Ruizmayor2006Record) -> Sheet {
     let of_step = record
         .experiments
         .iter()
-        .filter(|e| Some(&e.heading_step_deg) == first);
+        .filter(|e| Some(&e.heading_step_deg) == first && e.worlds == Worlds::AsTheyAre);
     for experiment in of_step {
         if let Some(all) = experiment.figures.first() {
             let factors = all.not_worse.iter().map(|factor| with_half(factor, 100.0));
@@ -268,4 +269,49 @@ fn by_noise(record: &Ruizmayor2006Record) -> Sheet {
         }
     }
     sheet("by_range_noise", "Degraded perception (3.4, 4.4)", table)
+}
+
+fn by_worlds(record: &Ruizmayor2006Record) -> Sheet {
+    let mut table = Table::new([
+        "worlds",
+        "run",
+        "95 % of positions (cm)",
+        "optimal (%)",
+        "C_XY ≤ (%)",
+        "C_T ≤ (%)",
+        "C_XYT ≤ (%)",
+    ]);
+    let first = record.experiments.first();
+    let others = record
+        .experiments
+        .iter()
+        .filter(|e| e.worlds != Worlds::AsTheyAre);
+    for experiment in first.into_iter().chain(others) {
+        let worlds = match experiment.worlds {
+            Worlds::AsTheyAre => "as they are".to_string(),
+            Worlds::LongestReadingM(m) => format!("sonars to {m} m (6 m)"),
+            Worlds::PilastersEveryM(m) => format!("pilasters every {m} m in R3"),
+        };
+        for figures in &experiment.figures {
+            let factors = figures
+                .not_worse
+                .iter()
+                .map(|factor| with_half(factor, 100.0));
+            let cells = [
+                text(worlds.clone()),
+                text(figures.name.clone()),
+                with_half(&figures.p95_m, 100.0),
+                with_half(&figures.optimal, 100.0),
+            ];
+            table.row(cells.into_iter().chain(factors));
+        }
+    }
+    table.caption(
+        "the paper tells neither how far its sonars read nor what stood along the walls of R3",
+    );
+    sheet(
+        "by_worlds",
+        "Why R3 is worse here than in the paper: two guesses tried",
+        table,
+    )
 }
