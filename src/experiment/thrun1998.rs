@@ -7,12 +7,14 @@
 //! ten thousand, and nothing stops them (note 3).
 
 mod global;
+mod harder;
 mod readings;
 mod reductions;
 #[cfg(test)]
 mod tests;
 
 pub use global::{BeliefRecord, GlobalRecord, GlobalRow, Moment};
+pub use harder::HarderRecord;
 pub use readings::ReadingsRecord;
 pub use reductions::{OutputRecord, ReductionRow, SetRecord};
 
@@ -57,6 +59,8 @@ pub struct Thrun1998Config {
     pub trials: usize,
     /// Whether the corridor of twice the length is tried, too.
     pub doubled: bool,
+    /// Whether guesses are tried at why the corridor is easier than the paper's.
+    pub harder: bool,
 }
 
 impl Default for Thrun1998Config {
@@ -68,6 +72,7 @@ impl Default for Thrun1998Config {
             steps: 100,
             trials: 35,
             doubled: true,
+            harder: true,
         }
     }
 }
@@ -81,6 +86,7 @@ impl Thrun1998Config {
             steps: 15,
             trials: 8,
             doubled: false,
+            harder: false,
             ..self
         }
     }
@@ -145,6 +151,8 @@ pub struct Thrun1998Record {
     pub belief: Option<BeliefRecord>,
     /// Readings for one bit of information, in the first data set.
     pub readings: Option<ReadingsRecord>,
+    /// The first data set in corridors that are harder in some way.
+    pub harder: Vec<HarderRecord>,
 }
 
 /// The priors of T98 5.1.7: ±1, 2, 5, 10 and 50 m, and no idea at all (±89 m).
@@ -169,7 +177,8 @@ pub fn run(
     progress: &mut dyn FnMut(usize, usize, &str),
 ) -> Result<Thrun1998Record> {
     config.check()?;
-    let parts = config.sets.len() * (config.runs + 1) + usize::from(config.doubled);
+    let guesses = if config.harder { harder::COUNT } else { 0 };
+    let parts = config.sets.len() * (config.runs + 1) + usize::from(config.doubled) + guesses;
     let mut done = 0;
     let mut next = |what: &str| {
         progress(done, parts, what);
@@ -182,6 +191,7 @@ pub fn run(
         global: Vec::new(),
         belief: None,
         readings: None,
+        harder: Vec::new(),
     };
     for (number, set) in config.sets.iter().enumerate() {
         next(&format!("simulating {set}"));
@@ -220,6 +230,12 @@ pub fn run(
             corridor.add(config, &fold)?;
         }
         readings.found_in_doubled = corridor.readings();
+    }
+    for number in 0..guesses {
+        next(&format!("a harder corridor: {} of {guesses}", number + 1));
+        record
+            .harder
+            .extend(harder::harder(config, &config.sets[0], number)?);
     }
     Ok(record)
 }

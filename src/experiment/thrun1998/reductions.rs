@@ -175,6 +175,23 @@ impl<'a> Fold<'a> {
         last.ok_or_else(|| Error::work("thrun1998: nothing was trained"))
     }
 
+    /// Reduction by the four features for ±2 m under one prior: by the objective, and by the map.
+    pub fn local_reduction(&self, prior: Uncertainty) -> Result<(f64, Option<f64>)> {
+        let detector = self.local_model()?.detector();
+        let answers = detector.probabilities(self.recording)?.mapv(f64::from);
+        let mut rows = Vec::new();
+        self.judge(
+            &mut rows,
+            ("ball", MOST_FEATURES, Some(prior)),
+            &answers,
+            &[prior],
+        )?;
+        let row = rows
+            .first()
+            .and_then(|row| Some((row.objective?, row.held_out)));
+        row.ok_or_else(|| Error::work("thrun1998: nothing was judged"))
+    }
+
     /// Everybody judged.
     pub fn judged(&self) -> Result<JudgedFold> {
         let mut rows = Vec::new();
