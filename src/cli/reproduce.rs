@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 /// thrun1998: one to four learned features, doors and ceiling lights on three data sets, by one snapshot and from a start anywhere
 /// (Table 3, Figs. 3 to 8, readings for one bit). duckett1998: evidence-based localisation, a landmark classifier and dead reckoning in six environments (Table 2, Fig. 6).
 /// duckett2000: six landmark recognition systems in four environments (Tables 2 and 3, Fig. 6). ruizmayor2006: what a correction by a local
-/// search makes of priors that are off (Figs. 6 to 9). The papers' recordings are
+/// search makes of priors that are off (Figs. 7 to 9). The papers' recordings are
 /// lost; the worlds were built from what the papers tell, and nothing was tuned to their figures.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
@@ -91,7 +91,7 @@ fn thrun1998(arguments: &Arguments, out: Option<&Path>) -> Result<Outcome> {
     let pictures = report::thrun1998::pictures(&record)?;
     told(
         "thrun1998",
-        &record,
+        (&record, &record.config),
         (&sheets, pictures),
         out,
         arguments.json,
@@ -117,7 +117,7 @@ fn ruizmayor2006(arguments: &Arguments, worlds: &Path, out: Option<&Path>) -> Re
     let pictures = report::ruizmayor2006::pictures(&record)?;
     told(
         "ruizmayor2006",
-        &record,
+        (&record, &record.config),
         (&sheets, pictures),
         out,
         arguments.json,
@@ -127,13 +127,14 @@ fn ruizmayor2006(arguments: &Arguments, worlds: &Path, out: Option<&Path>) -> Re
 /// Prints the tables, or the record as JSON, and writes everything to a folder.
 fn told(
     name: &str,
-    record: &impl serde::Serialize,
+    (record, config): (&impl serde::Serialize, &impl serde::Serialize),
     (sheets, pictures): (&[Sheet], Vec<(String, String)>),
     out: Option<&Path>,
     json: bool,
 ) -> Result<Outcome> {
     if let Some(folder) = out {
         write_json(&folder.join(format!("{name}.json")), record)?;
+        write_json(&folder.join("config.json"), config)?;
         write_sheets(folder, sheets, &[])?;
         for (name, svg) in pictures {
             write_text(&folder.join(format!("{name}.svg")), &svg)?;

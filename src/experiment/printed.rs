@@ -243,17 +243,21 @@ pub const THRUN_1998_TABLE_3: [Thrun1998Row; 6] = [
     },
 ];
 
-/// What the text of Thrun (1998), 5.2.1, tells of Fig. 3, whose curves are printed without numbers: data set (from 0), approach, half
+/// What the text of Thrun (1998), 5.2.1, and Table 3 tell of Fig. 3, whose curves are printed without numbers: data set (from 0), approach, half
 /// width of the prior in metres, error reduction in per cent. Of D-2, the text gives 9.78 % for doors as the most of all priors.
-pub const THRUN_1998_FIG_3: [(usize, &str, f64, f64); 9] = [
+pub const THRUN_1998_FIG_3: [(usize, &str, f64, f64); 13] = [
     (0, "door", 2.0, 8.31),
     (0, "ball", 2.0, 14.9),
     (0, "door", 50.0, 5.02),
     (0, "ball", 50.0, 36.9),
+    (1, "door", 2.0, 1.4),
+    (1, "ball", 2.0, 14.2),
     (1, "door", 5.0, 9.78),
     (1, "ball", 5.0, 15.6),
+    (1, "door", 89.0, 0.0),
     (1, "ball", 89.0, 27.5),
     (2, "ceiling_light", 2.0, 15.6),
+    (2, "ball", 2.0, 21.0),
     (2, "ball", 50.0, 39.5),
 ];
 

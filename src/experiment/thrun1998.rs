@@ -102,6 +102,16 @@ impl Thrun1998Config {
         if self.sets.is_empty() {
             return wrong("sets", "one or more of `d1`, `d2` and `d3`");
         }
+        let known = ["d1", "d2", "d3"];
+        let twice = |(k, set): (usize, &String)| self.sets[..k].contains(set);
+        if !self.sets.iter().all(|set| known.contains(&set.as_str()))
+            || self.sets.iter().enumerate().any(twice)
+        {
+            return wrong(
+                "sets",
+                "each of `d1`, `d2` and `d3` at most once, and no other",
+            );
+        }
         if self.runs < 2 {
             return wrong(
                 "runs",

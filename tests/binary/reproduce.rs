@@ -88,7 +88,7 @@ fn the_metric_of_a_correction_stands_beside_the_papers() {
     let place = Workplace::new();
     let answer = place.ballmark(&["reproduce", "ruizmayor2006", "--quick", "--out", "r"]);
     let text = &answer.done().stdout;
-    for part in ["C_XYT", "53.2", "20.4", "s_T (°)", "noise of ranges"] {
+    for part in ["C_XYT", "53.2", "20.4", "s_T (°)", "noise (m)"] {
         assert!(text.contains(part), "`{part}` is missing in: {text}");
     }
     let table = std::fs::read_to_string(place.path("r/figures.csv")).unwrap();
@@ -104,6 +104,17 @@ fn the_metric_of_a_correction_stands_beside_the_papers() {
         assert!(place.path("r").join(name).exists(), "{name}");
     }
     assert_eq!(place.files(), ["r"]);
+    // Again, to the last byte, but for the times.
+    place
+        .ballmark(&["reproduce", "ruizmayor2006", "--quick", "--out", "again"])
+        .done();
+    let read = |folder: &str, name: &str| std::fs::read(place.path(folder).join(name)).unwrap();
+    for entry in std::fs::read_dir(place.path("r")).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        if !name.starts_with("timing") && name != "ruizmayor2006.json" {
+            assert_eq!(read("r", &name), read("again", &name), "{name}");
+        }
+    }
 }
 
 #[test]

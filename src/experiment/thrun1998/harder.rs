@@ -1,6 +1,9 @@
 //! Why the simulated corridor is easier than the paper's: what it assumes, made harder piece by piece.
 
-use super::{Thrun1998Config, reductions::Fold, window};
+use super::{
+    Thrun1998Config,
+    reductions::{Fold, JudgedRow},
+};
 use crate::{
     error::Result,
     experiment::reproduce::Paper,
@@ -48,24 +51,28 @@ const GUESSES: [Guess; 4] = [
 /// Number of guesses.
 pub(super) const COUNT: usize = GUESSES.len();
 
-/// Four features for ±2 m in a corridor that is harder in one way.
+/// An approach at ±2 m in a corridor that is harder in one way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct HarderRecord {
     /// In words.
     pub name: String,
+    /// `door`, `ceiling_light` or `ball`.
+    pub approach: String,
+    /// n.
+    pub features: usize,
     /// Error reduction at ±2 m by the objective, as a share.
     pub objective: MeanInterval,
     /// By the map of the other runs.
     pub held_out: MeanInterval,
 }
 
-/// One guess, on one data set; `None` where a figure is no finite number.
+/// One guess, on one data set: landmarks chosen by people, one and four features.
 pub(super) fn harder(
     config: &Thrun1998Config,
     set: &str,
     number: usize,
-) -> Result<Option<HarderRecord>> {
+) -> Result<Vec<HarderRecord>> {
     let Guess { name, keys } = &GUESSES[number];
     let mut text = Paper::Thrun1998.file("worlds/thrun1998.toml")?.to_string();
     for (table, keys) in *keys {
@@ -76,19 +83,26 @@ pub(super) fn harder(
         runs: Some(config.runs),
     };
     let recording = simulate(&Building::from_text(&text)?, Seed(config.seed), &choice)?;
-    let (mut objective, mut held_out) = (Vec::new(), Vec::new());
-    for tested in 0..config.runs {
-        let fold = Fold::local(config, &recording, set, tested)?;
-        let (by_objective, by_map) = fold.local_reduction(window(2.0))?;
-        objective.push(by_objective);
-        held_out.extend(by_map);
-    }
-    let both = MeanInterval::of(&objective).zip(MeanInterval::of(&held_out));
-    Ok(both.map(|(objective, held_out)| HarderRecord {
-        name: (*name).into(),
-        objective,
-        held_out,
-    }))
+    let folds = (0..config.runs).map(|tested| {
+        let fold = Fold::one_and_four(config, &recording, set, tested)?;
+        fold.local_rows()
+    });
+    let folds = folds.collect::<Result<Vec<_>>>()?;
+    let of_row = |row: usize| {
+        let mean = |of: fn(&JudgedRow) -> Option<f64>| {
+            let values: Option<Vec<f64>> = folds.iter().map(|rows| of(&rows[row])).collect();
+            MeanInterval::of(&values?)
+        };
+        Some(HarderRecord {
+            name: (*name).into(),
+            approach: folds.first()?[row].approach.into(),
+            features: folds.first()?[row].features,
+            objective: mean(|row| row.objective)?,
+            held_out: mean(|row| row.held_out)?,
+        })
+    };
+    let rows = folds.first().map_or(0, Vec::len);
+    Ok((0..rows).filter_map(of_row).collect())
 }
 
 /// A world with some keys of a table other than they were, whether or not they were there.

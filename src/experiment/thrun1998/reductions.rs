@@ -96,13 +96,14 @@ pub(super) struct JudgedFold {
     outputs: Vec<OutputRecord>,
 }
 
-struct JudgedRow {
-    approach: &'static str,
-    features: usize,
+/// An approach under one prior.
+pub(super) struct JudgedRow {
+    pub approach: &'static str,
+    pub features: usize,
     trained_for: Option<Uncertainty>,
     judged_at: Uncertainty,
-    objective: Option<f64>,
-    held_out: Option<f64>,
+    pub objective: Option<f64>,
+    pub held_out: Option<f64>,
 }
 
 impl<'a> Fold<'a> {
@@ -127,6 +128,17 @@ impl<'a> Fold<'a> {
     ) -> Result<Self> {
         let local = [(MOST_FEATURES, window(2.0))].into_iter();
         Self::trained(config, recording, set, tested, local)
+    }
+
+    /// Trains one and four features for ±2 m.
+    pub fn one_and_four(
+        config: &Thrun1998Config,
+        recording: &'a Recording,
+        set: &str,
+        tested: usize,
+    ) -> Result<Self> {
+        let local = [1, MOST_FEATURES].map(|features| (features, window(2.0)));
+        Self::trained(config, recording, set, tested, local.into_iter())
     }
 
     fn trained(
@@ -175,21 +187,22 @@ impl<'a> Fold<'a> {
         last.ok_or_else(|| Error::work("thrun1998: nothing was trained"))
     }
 
-    /// Reduction by the four features for ±2 m under one prior: by the objective, and by the map.
-    pub fn local_reduction(&self, prior: Uncertainty) -> Result<(f64, Option<f64>)> {
-        let detector = self.local_model()?.detector();
-        let answers = detector.probabilities(self.recording)?.mapv(f64::from);
-        let mut rows = Vec::new();
-        self.judge(
-            &mut rows,
-            ("ball", MOST_FEATURES, Some(prior)),
-            &answers,
-            &[prior],
-        )?;
-        let row = rows
-            .first()
-            .and_then(|row| Some((row.objective?, row.held_out)));
-        row.ok_or_else(|| Error::work("thrun1998: nothing was judged"))
+    /// Landmarks chosen by people and what was trained, each at ±2 m.
+    pub fn local_rows(&self) -> Result<Vec<JudgedRow>> {
+        let (mut rows, prior) = (Vec::new(), window(2.0));
+        for (approach, detector) in &self.chosen {
+            let answers = detector.probabilities(self.recording)?.mapv(f64::from);
+            self.judge(&mut rows, (approach, 1, None), &answers, &[prior])?;
+        }
+        for model in &self.models {
+            let answers = model
+                .detector()
+                .probabilities(self.recording)?
+                .mapv(f64::from);
+            let trained = ("ball", model.features(), Some(model.header.prior));
+            self.judge(&mut rows, trained, &answers, &[prior])?;
+        }
+        Ok(rows)
     }
 
     /// Everybody judged.

@@ -73,6 +73,20 @@ fn what_makes_no_sense_is_named() {
         ),
         (
             Thrun1998Config {
+                sets: vec!["d4".into()],
+                ..Default::default()
+            },
+            "sets",
+        ),
+        (
+            Thrun1998Config {
+                sets: vec!["d1".into(), "d1".into()],
+                ..Default::default()
+            },
+            "sets",
+        ),
+        (
+            Thrun1998Config {
                 runs: 1,
                 ..Default::default()
             },

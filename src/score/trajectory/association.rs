@@ -160,6 +160,9 @@ fn nearest(
     (of_short, of_long)
 }
 
+/// A stamp above this is none in seconds: the year 5138.
+const MOST_SECONDS: f64 = 1e11;
+
 fn no_common_time(estimate: &Trajectory, reference: &Trajectory, matching: &Matching) -> Error {
     let ends = |trajectory: &Trajectory| {
         let stamps = trajectory.stamps().unwrap_or_default();
@@ -171,10 +174,15 @@ fn no_common_time(estimate: &Trajectory, reference: &Trajectory, matching: &Matc
     let ((from, to), (their_from, their_to)) = (ends(estimate), ends(reference));
     let overlap = from + matching.offset_s <= their_to && their_from <= to + matching.offset_s;
     let ratio = (from.max(to) / their_from.max(their_to)).abs();
-    let hint = if [1e3, 1e6, 1e9].iter().any(|unit| {
-        let near = |ratio: f64| (0.5..2.0).contains(&(ratio / unit));
-        near(ratio) || near(1.0 / ratio)
-    }) {
+    // Seconds since 1970 have ten digits, milliseconds thirteen.
+    let too_many = [to, their_to]
+        .iter()
+        .any(|stamp| stamp.abs() > MOST_SECONDS);
+    let hint = if too_many
+        || [1e3, 1e6, 1e9].iter().any(|unit| {
+            let near = |ratio: f64| (0.5..2.0).contains(&(ratio / unit));
+            near(ratio) || near(1.0 / ratio)
+        }) {
         "; are both in seconds?"
     } else if overlap {
         "; a larger --max-difference or an --offset may pair them"

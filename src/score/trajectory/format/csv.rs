@@ -18,8 +18,10 @@ const RADIANS: &[&str] = &["heading_rad", "heading", "yaw_rad", "yaw", "theta"];
 const DEGREES: &[&str] = &["heading_deg", "yaw_deg", "theta_deg"];
 const QUATERNION: [&[&str]; 4] = [&["qx"], &["qy"], &["qz"], &["qw"]];
 
-/// A heading above this in a column of radians is one in degrees.
+/// A heading above this in a column of radians is one in degrees, …
 const MOST_RADIANS: f64 = 50.0;
+/// … and above this where the column's name has no unit: a little more than a whole turn.
+const MOST_WITHOUT_UNIT: f64 = 6.5;
 
 /// Where the orientation stands.
 enum Orientation {
@@ -75,6 +77,13 @@ pub(super) fn read(path: &Path, text: &str) -> Result<Rows> {
     })
 }
 
+fn most_radians(name: &str) -> f64 {
+    match name.ends_with("_rad") {
+        true => MOST_RADIANS,
+        false => MOST_WITHOUT_UNIT,
+    }
+}
+
 /// What the header's names are separated by: whatever of comma, semicolon and tab it has most of.
 fn delimiter(text: &str) -> u8 {
     let header = lines::content(text).next().map_or("", |(_, line)| line);
@@ -109,6 +118,9 @@ impl Columns {
             })
         };
         let quaternion = QUATERNION.map(find);
+        if let Some(Err(twice)) = quaternion.iter().find(|at| at.is_err()) {
+            return Err(twice.clone());
+        }
         let some = quaternion
             .iter()
             .filter(|at| matches!(at, Ok(Some(_))))
@@ -147,9 +159,9 @@ impl Columns {
                 return tum::pose([x, y, z], [cell(*qx)?, cell(*qy)?, cell(*qz)?, cell(*qw)?]);
             }
             Orientation::Radians(at) => match cell(*at)? {
-                heading if heading.abs() > MOST_RADIANS => {
+                heading if heading.abs() > most_radians(&headers[*at]) => {
                     return Err(format!(
-                        "`{}` holds {heading}; expected radians (degrees stand in `heading_deg`)",
+                        "`{}` holds {heading}; expected radians (call it `heading_deg` or `heading_rad`)",
                         &headers[*at]
                     ));
                 }
