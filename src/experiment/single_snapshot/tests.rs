@@ -177,3 +177,38 @@ fn evidence_that_is_too_much_to_keep_is_judged_all_the_same() {
     assert!(kept.evidence.is_some() && not_kept.evidence.is_none());
     assert_eq!(kept.held_out, not_kept.held_out);
 }
+
+#[test]
+fn who_only_disturbs_counts_for_little_together() {
+    let recording = corridor();
+    let parts = parts(&recording, true);
+    let config = LocaliseConfig::default();
+    let mapped = Mapped::of(parts.source.as_ref().unwrap());
+    let context = MethodContext::over(mapped, &parts, &config).unwrap();
+    let of = |name: &str, readings: Range<usize>| {
+        let detector = HalfHearted {
+            off: 0.15,
+            readings,
+        };
+        context.detector(name, name, &detector).unwrap()
+    };
+    let all = of("all", 0..24);
+    // Another's evidence of other snapshots is none of these.
+    let mut misled = of("misled", 0..24);
+    let evidence = misled.single_snapshots.take().unwrap();
+    let mut shuffled = SingleSnapshots {
+        on_run: evidence.on_run.clone(),
+        on_validation: evidence.on_validation.clone(),
+        powers: evidence.powers.clone(),
+    };
+    shuffled.on_run.invert_axis(Axis(0));
+    shuffled.on_validation.invert_axis(Axis(0));
+    let known = all.single_snapshots.as_deref();
+    let both = context
+        .held_out_of_product(&[known, Some(&shuffled)])
+        .unwrap();
+    let (both, alone) = (reductions(&both.held_out), reductions(&all.held_out));
+    for (both, alone) in both.iter().zip(&alone) {
+        assert!(both > &(alone - 0.03), "{both} together, {alone} alone");
+    }
+}
