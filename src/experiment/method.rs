@@ -1,6 +1,6 @@
 //! Whoever can be asked in localisation trials where the robot is, as a value.
 
-use super::{single_snapshot::SingleSnapshots, stopwatch::ready_ms};
+use super::{kept_evidence::SingleSnapshots, stopwatch::ready_ms};
 use crate::{
     belief::OdometryMotion,
     detector::Detector,

@@ -7,6 +7,7 @@ pub mod error_reduction;
 pub mod evidence_tuning;
 pub mod filter_config;
 pub mod held_out;
+pub mod kept_evidence;
 pub mod kernels;
 pub mod landmarks;
 pub mod laps;

@@ -3,14 +3,19 @@
 //! Candidates are the training places. The power of every system's evidence is that of least error on the validation part, or
 //! systems would be told apart by how sure they are of themselves and not by what they know.
 
-use super::{evidence_tuning, held_out, method::FeatureAnswers, methods::MethodContext};
+use super::{
+    evidence_tuning, held_out,
+    kept_evidence::{SingleSnapshots, table, together},
+    method::FeatureAnswers,
+    methods::MethodContext,
+};
 use crate::{
     belief::{Belief, Evidence, GridMap, Places, Uncertainty},
-    error::{Error, Result},
+    error::Result,
     learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES, training_set::covered},
     localiser::{PreparedSensorModel, SensorModel, sensor_model::PreparedFeatures},
 };
-use ndarray::{Array2, Axis};
+use ndarray::Axis;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -19,17 +24,6 @@ const MAX_VALIDATED: usize = 300;
 
 /// Entries of a table of evidence at most, where it is kept for products: 64 MB.
 const MOST_KEPT: usize = 16 << 20;
-
-/// What a sensor model says of single snapshots, and how far it is to be believed: all that a product of several asks of each.
-#[derive(Debug)]
-pub struct SingleSnapshots {
-    /// ln P(s | candidate) of the unseen snapshots at places that training saw, `[snapshot, candidate]`, less the largest of each.
-    on_run: Array2<f32>,
-    /// The same of those of the validation part.
-    on_validation: Array2<f32>,
-    /// Of every prior, the power of least error on the validation part; empty where nothing can be validated.
-    powers: Vec<f64>,
-}
 
 /// What one snapshot of the unseen part says under every prior, and the evidence behind it, where it is kept.
 #[derive(Debug, Default)]
@@ -315,36 +309,10 @@ fn weighed(alone: &[f64]) -> Vec<Vec<f64>> {
     std::iter::once(alone.to_vec()).chain(factors).collect()
 }
 
-/// ln P(s | candidate) of a row, by all factors to their powers.
-fn together(
-    factors: &[&SingleSnapshots],
-    powers: &[f64],
-    row: usize,
-    of: fn(&SingleSnapshots) -> &Array2<f32>,
-) -> Vec<f64> {
-    let mut sum = vec![0.0; factors.first().map_or(0, |factor| of(factor).ncols())];
-    for (factor, power) in factors.iter().zip(powers) {
-        for (sum, l) in sum.iter_mut().zip(of(factor).row(row)) {
-            *sum += power * f64::from(*l);
-        }
-    }
-    sum
-}
-
 /// Where in `some`, ascending, those that count stand.
 fn rows(some: &[usize], counted: &[usize]) -> Vec<usize> {
     let counts = |row: &usize| counted.binary_search(&some[*row]).is_ok();
     (0..some.len()).filter(counts).collect()
-}
-
-/// Rows of logarithms as they are kept: less the largest of each, so that f32 is fine enough.
-fn table(rows: &[Vec<f64>], width: usize) -> Result<Array2<f32>> {
-    let kept = rows.iter().flat_map(|row| {
-        let largest = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        row.iter().map(move |l| (l - largest) as f32)
-    });
-    Array2::from_shape_vec((rows.len(), width), kept.collect())
-        .map_err(|e| Error::work(format!("evidence of single snapshots: {e}")))
 }
 
 #[cfg(test)]

@@ -165,10 +165,26 @@ pub struct Thrun1998Record {
     pub harder: Vec<HarderRecord>,
 }
 
+/// How uncertain a robot is, for who reads records and knows no beliefs.
+pub type Prior = Uncertainty;
+
 /// The priors of T98 5.1.7: ±1, 2, 5, 10 and 50 m, and no idea at all (±89 m).
 pub fn priors() -> Vec<Uncertainty> {
     let windows = [1.0, 2.0, 5.0, 10.0, 50.0].map(window);
     windows.into_iter().chain([Uncertainty::Global]).collect()
+}
+
+/// The prior of T98 Table 3 and Fig. 4: ±2 m.
+pub fn local() -> Uncertainty {
+    window(2.0)
+}
+
+/// A prior as T98 calls it: `±2 m`, and `±89 m` for no idea at all.
+pub fn words(prior: Uncertainty) -> String {
+    match prior {
+        Uncertainty::Global => format!("±{CORRIDOR_M} m"),
+        Uncertainty::Window { half_width_m, .. } => format!("±{half_width_m} m"),
+    }
 }
 
 fn window(half_width_m: f64) -> Uncertainty {

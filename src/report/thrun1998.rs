@@ -6,11 +6,12 @@ use super::{
     framed_plot, stacked_plot,
 };
 use crate::{
-    belief::Uncertainty,
     error::Result,
     experiment::{
         printed::{THRUN_1998_FIG_3, THRUN_1998_FIG_6, THRUN_1998_TABLE_3},
-        thrun1998::{CORRIDOR_M, GlobalRecord, ReductionRow, SetRecord, Thrun1998Record, priors},
+        thrun1998::{
+            GlobalRecord, Prior, ReductionRow, SetRecord, Thrun1998Record, local, priors, words,
+        },
     },
     score::MeanInterval,
 };
@@ -120,19 +121,6 @@ fn titled(approach: &str, features: usize) -> String {
     }
 }
 
-/// A prior as tables say it.
-fn prior_words(prior: Uncertainty) -> String {
-    match prior {
-        Uncertainty::Global => format!("±{CORRIDOR_M} m"),
-        Uncertainty::Window { half_width_m, .. } => format!("±{half_width_m} m"),
-    }
-}
-
-fn two_metres() -> Option<Uncertainty> {
-    let mut all = priors().into_iter();
-    all.find(|prior| prior_words(*prior) == "±2 m")
-}
-
 /// A share in per cent.
 fn bare_percent(mean: Option<MeanInterval>) -> Cell {
     Cell::number(mean.map(|mean| 100.0 * mean.mean), 1)
@@ -168,7 +156,7 @@ fn table_3(record: &Thrun1998Record) -> Sheet {
     let sets = record.sets.iter().map(|set| named(&set.name));
     let headers = ["approach", "from"].map(String::from).into_iter();
     let mut table = Table::new(headers.chain(sets));
-    let prior = two_metres();
+    let prior = Some(local());
     let row_of = |set: &'_ SetRecord, approach: &str, features: usize| -> Option<ReductionRow> {
         let trained_for = prior.filter(|_| approach == "ball");
         set.row(approach, features, trained_for, prior?).cloned()
@@ -231,10 +219,10 @@ fn curve_rows<'r>(
     features: usize,
 ) -> Vec<(String, Vec<Option<&'r ReductionRow>>)> {
     let of = |approach: &str, n: usize| -> Vec<Option<&'r ReductionRow>> {
-        let row = |prior: Uncertainty| {
+        let row = |prior: Prior| {
             let trained_for = match (approach, n) {
                 ("ball", 1) => Some(prior),
-                ("ball", _) => two_metres(),
+                ("ball", _) => Some(local()),
                 _ => None,
             };
             set.row(approach, n, trained_for, prior)
@@ -254,18 +242,18 @@ fn by_uncertainty(record: &Thrun1998Record, name: &str, title: &str, features: u
     let headers = ["data set", "approach", "from"]
         .map(String::from)
         .into_iter();
-    let mut table = Table::new(headers.chain(priors().into_iter().map(prior_words)));
+    let mut table = Table::new(headers.chain(priors().into_iter().map(words)));
     for set in &record.sets {
         for (approach, rows) in curve_rows(set, features) {
             let n = if approach == "ball" { features } else { 1 };
             let label = titled(&approach, n);
-            let printed = |prior: Uncertainty| {
+            let printed = |prior: Prior| {
                 let number = ["d1", "d2", "d3"].iter().position(|name| *name == set.name);
                 let mut all = THRUN_1998_FIG_3.iter();
                 let known = all.find(|(of, name, half_width_m, _)| {
                     Some(*of) == number
                         && *name == approach
-                        && prior_words(prior) == format!("±{half_width_m} m")
+                        && words(prior) == format!("±{half_width_m} m")
                 });
                 Cell::number(known.map(|known| known.3), 1)
             };
@@ -439,8 +427,8 @@ fn harder(record: &Thrun1998Record) -> Option<Sheet> {
         "door"
     };
     for (approach, features) in [(chosen, 1), ("ball", 1), ("ball", LOCAL_FEATURES)] {
-        let trained_for = two_metres().filter(|_| approach == "ball");
-        let row = set.row(approach, features, trained_for, two_metres()?)?;
+        let trained_for = Some(local()).filter(|_| approach == "ball");
+        let row = set.row(approach, features, trained_for, local())?;
         let name = titled(approach, features);
         let cells = [percent(row.objective), percent(row.held_out)];
         table.row([text("as it is"), text(name)].into_iter().chain(cells));
@@ -534,7 +522,7 @@ fn of_interval(mean: Option<MeanInterval>) -> [Cell; 3] {
 }
 
 fn reduction_curves(set: &SetRecord, features: usize, title: &str) -> Result<String> {
-    let names: Vec<String> = priors().into_iter().map(prior_words).collect();
+    let names: Vec<String> = priors().into_iter().map(words).collect();
     let mut curves = Vec::new();
     for (approach, rows) in curve_rows(set, features) {
         let of = |row: &Option<&ReductionRow>| match approach.as_str() {
@@ -598,7 +586,7 @@ fn outputs(set: &SetRecord, features: usize) -> Result<String> {
     {
         for (number, activation) in output.activation.iter().enumerate() {
             let name = match features {
-                1 => prior_words(output.trained_for),
+                1 => words(output.trained_for),
                 _ => format!("feature {}", number + 1),
             };
             panels.push(Panel {
