@@ -4,6 +4,12 @@
 //! As R06 has it, every snapshot is judged on its own: its prior is drawn around the truth, so that the correction alone is measured.
 //! Beside the printed constants, two experiments that R06 proposes: a coarser search in heading (4.3), and readings that are worse (3.4).
 
+#[cfg(test)]
+mod tests;
+mod worlds;
+
+pub use worlds::Worlds;
+
 use super::reproduce::Paper;
 use crate::{
     error::{Error, Result},
@@ -71,16 +77,6 @@ pub struct Ruizmayor2006Config {
     pub pilasters_every_m: Vec<f64>,
 }
 
-/// How far pilasters stand out of a wall, in metres.
-const PILASTER_M: f64 = 0.2;
-/// They keep this far from the ends of the corridor, where the robot's way comes near its walls.
-const FREE_END_M: f64 = 4.0;
-/// The long walls of R3 (configs/worlds/ruizmayor2006-r3.toml), each from west to east, its other wall to the left or to the right.
-const LONG_WALLS: [([f64; 2], [f64; 2], f64); 2] = [
-    ([0.5, 5.0], [23.216, -16.183], 1.0),
-    ([3.017, 7.699], [25.732, -13.484], -1.0),
-];
-
 impl Default for Ruizmayor2006Config {
     fn default() -> Self {
         Self {
@@ -97,57 +93,6 @@ impl Default for Ruizmayor2006Config {
             pilasters_every_m: vec![4.0, 2.0],
         }
     }
-}
-
-/// In which worlds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Worlds {
-    /// As they stand in the files.
-    AsTheyAre,
-    /// With sonars that read up to so many metres.
-    LongestReadingM(f64),
-    /// With pilasters so many metres apart in R3.
-    PilastersEveryM(f64),
-}
-
-impl Worlds {
-    /// What is added to the file of a run.
-    fn added(self, run: &str) -> String {
-        match self {
-            Worlds::AsTheyAre => String::new(),
-            Worlds::LongestReadingM(m) => format!("\n[sonar]\nmaximum_m = {m:?}\n"),
-            Worlds::PilastersEveryM(every_m) if run == "R3" => pilasters(every_m),
-            Worlds::PilastersEveryM(_) => String::new(),
-        }
-    }
-}
-
-/// Walls that stand out of the long walls of R3, those of one wall midway between those of the other.
-fn pilasters(every_m: f64) -> String {
-    let mut walls = String::new();
-    for (number, ([x_m, y_m], [to_x_m, to_y_m], side)) in LONG_WALLS.into_iter().enumerate() {
-        let length_m = (to_x_m - x_m).hypot(to_y_m - y_m);
-        let (along, across) = (
-            [(to_x_m - x_m) / length_m, (to_y_m - y_m) / length_m],
-            [
-                -(to_y_m - y_m) / length_m * side,
-                (to_x_m - x_m) / length_m * side,
-            ],
-        );
-        let mut at_m = FREE_END_M + 0.5 * every_m * number as f64;
-        while at_m < length_m - FREE_END_M {
-            let [foot_x, foot_y] = [x_m + at_m * along[0], y_m + at_m * along[1]];
-            let [tip_x, tip_y] = [
-                foot_x + PILASTER_M * across[0],
-                foot_y + PILASTER_M * across[1],
-            ];
-            walls += &format!("\n[[wall]]\npoints = [[{foot_x}, {foot_y}], [{tip_x}, {tip_y}]]\n");
-            at_m += every_m;
-        }
-    }
-    walls
 }
 
 impl Ruizmayor2006Config {
@@ -578,108 +523,4 @@ fn correction_s(config: &Ruizmayor2006Config, run: &Run, heading_step_deg: f64) 
     let mut seconds: Vec<f64> = (0..2 * TIMED).map(correct).skip(TIMED).collect();
     seconds.sort_by(f64::total_cmp);
     Ok(seconds[TIMED / 2])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn record(config: &Ruizmayor2006Config) -> Ruizmayor2006Record {
-        let folder = tempfile::tempdir().unwrap();
-        Paper::Ruizmayor2006.unpack(folder.path()).unwrap();
-        run(config, folder.path(), &mut |_, _, _| ()).unwrap()
-    }
-
-    #[test]
-    fn a_correction_makes_most_priors_better_and_worse_readings_fewer() {
-        let config = Ruizmayor2006Config {
-            heading_steps_deg: vec![10.0, 40.0],
-            range_noise_m: vec![0.0, 0.4],
-            longest_readings_m: vec![40.0],
-            pilasters_every_m: vec![2.0],
-            ..Ruizmayor2006Config::default().toy()
-        };
-        let made = record(&config);
-        let [printed, coarse, noisy, far, structured] = &made.experiments[..] else {
-            panic!("{}", made.experiments.len());
-        };
-        // 49 positions within 0.4 m of the centre, nine headings (R06 4.1); one estimate a snapshot (4.2).
-        assert_eq!((printed.poses, coarse.poses), (49 * 9, 49 * 3));
-        let n: Vec<usize> = printed.figures.iter().map(|figures| figures.n).collect();
-        assert_eq!(n, [141, 18, 62, 61]);
-        assert_eq!(printed.together.overall.n, 3 * 141);
-        let all = |experiment: &ExperimentRecord| experiment.figures[0].clone();
-        assert!(all(printed).not_worse[0].mean > 0.7, "{:?}", all(printed));
-        assert!(all(printed).not_worse[1].mean > 0.8);
-        assert!(all(noisy).not_worse[0].mean < all(printed).not_worse[0].mean);
-        // A bare corridor tells how far along it he is to nobody, however far he sees; one with pilasters does.
-        let corridor = |experiment: &ExperimentRecord| experiment.figures[3].not_worse[0].mean;
-        assert!((corridor(far) - corridor(printed)).abs() < 0.1);
-        assert!(corridor(structured) > corridor(printed) + 0.1);
-        assert!(all(coarse).p95_deg.mean > all(printed).p95_deg.mean);
-        // Priors reach what they may, and no farther.
-        let prior = &printed.together.overall.prior;
-        assert!(
-            prior.position_m.percentiles.p100 <= 0.5 && prior.position_m.percentiles.p100 > 0.4
-        );
-        assert!(
-            prior.heading_deg.percentiles.p100 <= 45.0 && prior.heading_deg.percentiles.p100 > 38.0
-        );
-        assert_eq!(made, record(&config));
-    }
-
-    #[test]
-    fn what_makes_no_sense_is_named() {
-        let faults = [
-            (
-                Ruizmayor2006Config {
-                    repetitions: 0,
-                    ..Default::default()
-                },
-                "repetitions",
-            ),
-            (
-                Ruizmayor2006Config {
-                    noise_m: -1.0,
-                    ..Default::default()
-                },
-                "noise_m",
-            ),
-            (
-                Ruizmayor2006Config {
-                    heading_steps_deg: Vec::new(),
-                    ..Default::default()
-                },
-                "heading_steps_deg",
-            ),
-            (
-                Ruizmayor2006Config {
-                    position_step_m: 0.0,
-                    ..Default::default()
-                },
-                "position_step_m",
-            ),
-            (
-                Ruizmayor2006Config {
-                    longest_readings_m: vec![0.0],
-                    ..Default::default()
-                },
-                "longest_readings_m",
-            ),
-            (
-                Ruizmayor2006Config {
-                    range_noise_m: vec![f64::NAN],
-                    ..Default::default()
-                },
-                "range_noise_m",
-            ),
-        ];
-        for (config, key) in faults {
-            let fault = run(&config, Path::new(""), &mut |_, _, _| ()).unwrap_err();
-            assert!(
-                fault.is_usage() && fault.to_string().contains(key),
-                "{fault}"
-            );
-        }
-    }
 }
