@@ -89,7 +89,7 @@ fn thrun1998(arguments: &Arguments, out: Option<&Path>) -> Result<Outcome> {
     let record = record?;
     let sheets = report::thrun1998::sheets(&record);
     let pictures = report::thrun1998::pictures(&record)?;
-    told(
+    write_and_print(
         "thrun1998",
         (&record, &record.config),
         (&sheets, pictures),
@@ -115,7 +115,7 @@ fn ruizmayor2006(arguments: &Arguments, worlds: &Path, out: Option<&Path>) -> Re
     let record = record?;
     let sheets = report::ruizmayor2006::sheets(&record);
     let pictures = report::ruizmayor2006::pictures(&record)?;
-    told(
+    write_and_print(
         "ruizmayor2006",
         (&record, &record.config),
         (&sheets, pictures),
@@ -125,7 +125,7 @@ fn ruizmayor2006(arguments: &Arguments, worlds: &Path, out: Option<&Path>) -> Re
 }
 
 /// Prints the tables, or the record as JSON, and writes everything to a folder.
-fn told(
+fn write_and_print(
     name: &str,
     (record, config): (&impl serde::Serialize, &impl serde::Serialize),
     (sheets, pictures): (&[Sheet], Vec<(String, String)>),

@@ -197,6 +197,9 @@ mod tests {
     }
 }
 
+/// The data sets of Thrun (1998), as the worlds call them.
+pub const THRUN_1998_SETS: [&str; 3] = ["d1", "d2", "d3"];
+
 /// A row of Table 3 of Thrun, *Bayesian Landmark Learning for Mobile Robot Localization* (1998): error reduction at ±2 m in per cent
 /// and the half-width of its 95 % interval, of D-1, D-2 and D-3.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -264,6 +267,18 @@ pub const THRUN_1998_FIG_3: [(usize, &str, f64, f64); 13] = [
 /// What Thrun (1998), 5.2.4, tells of Fig. 6 (D-1): metres after which BaLL's mean error is below 1 m, the error of doors after 30 m, and
 /// the metres after which BaLL is as accurate.
 pub const THRUN_1998_FIG_6: [f64; 3] = [9.5, 7.46, 4.0];
+
+/// What Thrun (1998), 5.2.4, tells of readings and bits, each with its decimals. 2.93 follows from its numbers as 3.52 does, and the two
+/// predictions from these; it prints 3.5 and 23.
+pub const THRUN_1998_READINGS: [(&str, f64, usize); 7] = [
+    ("readings until the mean error is below 1 m", 19.0, 0),
+    ("bits: log2 of the length in metres", 6.48, 2),
+    ("bits: log2 of the mean error at the start", 5.4, 2),
+    ("readings a bit, by length", 2.93, 2),
+    ("readings a bit, by error", 3.52, 2),
+    ("predicted for twice the length, by length", 21.93, 1),
+    ("predicted for twice the length, by error", 22.52, 1),
+];
 
 /// What Ruiz-Mayor, Triviño & Bailador, *A performance metric for mobile robot localization* (2006), 4.3 and 4.4, print of all three runs
 /// together.

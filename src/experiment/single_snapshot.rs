@@ -110,8 +110,9 @@ impl MethodContext<'_> {
             if can_tune {
                 let some = self.validated()?;
                 for weights in weighed(&alone) {
-                    let told = |row| together(&factors, &weights, row, |f| &f.on_validation);
-                    let (power, error_m) = self.power_of(prior, &some, &told)?;
+                    let log_likelihood =
+                        |row| together(&factors, &weights, row, |f| &f.on_validation);
+                    let (power, error_m) = self.power_of(prior, &some, &log_likelihood)?;
                     if error_m < best.0 {
                         best = (
                             error_m,
@@ -120,8 +121,8 @@ impl MethodContext<'_> {
                     }
                 }
             }
-            let told = |row| together(&factors, &best.1, row, |f| &f.on_run);
-            held_out.push(self.reduction(prior, &covered, told));
+            let log_likelihood = |row| together(&factors, &best.1, row, |f| &f.on_run);
+            held_out.push(self.reduction(prior, &covered, log_likelihood));
         }
         Ok(Judged {
             held_out,
@@ -182,18 +183,20 @@ impl MethodContext<'_> {
         })
     }
 
-    /// Error reduction under one prior; `told` gives ln P(s | candidate) of a row of `covered`, already to its power.
+    /// Error reduction under one prior; `log_likelihood` gives ln P(s | candidate) of a row of `covered`, already to its power.
     fn reduction(
         &self,
         prior: Uncertainty,
         covered: &[usize],
-        told: impl Fn(usize) -> Vec<f64> + Sync,
+        log_likelihood: impl Fn(usize) -> Vec<f64> + Sync,
     ) -> ErrorReduction {
         let candidates = &self.mapped.places;
         let counted = held_out::counted(prior, &self.parts.places, covered, candidates);
         let rows = rows(covered, &counted);
         let truths = self.parts.places.select(&counted);
-        held_out::by_likelihood(prior, &truths, candidates, |truth| told(rows[truth]))
+        held_out::by_likelihood(prior, &truths, candidates, |truth| {
+            log_likelihood(rows[truth])
+        })
     }
 
     /// Unseen snapshots at places that training saw.

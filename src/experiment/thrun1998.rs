@@ -10,15 +10,16 @@ mod global;
 mod harder;
 mod readings;
 mod reductions;
+mod set_record;
 #[cfg(test)]
 mod tests;
 
 pub use global::{BeliefRecord, GlobalRecord, GlobalRow, Moment};
 pub use harder::HarderRecord;
 pub use readings::ReadingsRecord;
-pub use reductions::{OutputRecord, ReductionRow, SetRecord};
+pub use set_record::{OutputRecord, ReductionRow, SetRecord};
 
-use super::reproduce::Paper;
+use super::{printed::THRUN_1998_SETS, reproduce::Paper};
 use crate::{
     belief::{Uncertainty, prior::DEFAULT_HALF_TURN_RAD},
     error::{Error, Result},
@@ -67,7 +68,7 @@ impl Default for Thrun1998Config {
     fn default() -> Self {
         Self {
             seed: 1,
-            sets: ["d1", "d2", "d3"].map(String::from).to_vec(),
+            sets: THRUN_1998_SETS.map(String::from).to_vec(),
             runs: 4,
             steps: 100,
             trials: 35,
@@ -102,9 +103,11 @@ impl Thrun1998Config {
         if self.sets.is_empty() {
             return wrong("sets", "one or more of `d1`, `d2` and `d3`");
         }
-        let known = ["d1", "d2", "d3"];
         let twice = |(k, set): (usize, &String)| self.sets[..k].contains(set);
-        if !self.sets.iter().all(|set| known.contains(&set.as_str()))
+        if !self
+            .sets
+            .iter()
+            .all(|set| THRUN_1998_SETS.contains(&set.as_str()))
             || self.sets.iter().enumerate().any(twice)
         {
             return wrong(
@@ -164,9 +167,6 @@ pub struct Thrun1998Record {
     /// The first data set in corridors that are harder in some way.
     pub harder: Vec<HarderRecord>,
 }
-
-/// How uncertain a robot is, for who reads records and knows no beliefs.
-pub type Prior = Uncertainty;
 
 /// The priors of T98 5.1.7: ±1, 2, 5, 10 and 50 m, and no idea at all (±89 m).
 pub fn priors() -> Vec<Uncertainty> {

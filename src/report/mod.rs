@@ -4,6 +4,7 @@ mod canvas;
 pub mod comparison;
 mod latex;
 pub mod localisation;
+mod paper;
 mod plan;
 mod plane;
 mod plot;

@@ -1,13 +1,14 @@
 //! A paper's tables, ours beside what is printed.
 
-use super::{Cell, Table};
-use crate::{
-    experiment::{
-        compare::{ComparisonRecord, Section, StandardCell},
-        printed::{DUCKETT_1998, DUCKETT_2000, DUCKETT_2000_P, DUCKETT_2000_SYSTEMS, Duckett1998},
-        reproduce::Paper,
-    },
-    report::comparison::{Reader, Sheet},
+use super::{
+    Cell, Table,
+    comparison::Sheet,
+    paper::{sheet, text},
+};
+use crate::experiment::{
+    compare::{ComparisonRecord, Section, StandardCell},
+    printed::{DUCKETT_1998, DUCKETT_2000, DUCKETT_2000_P, DUCKETT_2000_SYSTEMS, Duckett1998},
+    reproduce::Paper,
 };
 
 /// The tables of a paper, from the record of its [comparison](Paper::comparison).
@@ -18,19 +19,6 @@ pub fn sheets(paper: Paper, record: &ComparisonRecord) -> Vec<Sheet> {
         Paper::Duckett1998 => vec![duckett1998(record)],
         Paper::Duckett2000 => vec![coefficients(record), responses(record), tests(record)],
     }
-}
-
-fn sheet(name: &str, title: &str, table: Table) -> Sheet {
-    Sheet {
-        name: name.into(),
-        title: title.into(),
-        table,
-        reader: Reader::Everyone,
-    }
-}
-
-fn text(text: &str) -> Cell {
-    Cell::Text(text.into())
 }
 
 /// D98 Tables 1 and 2.
@@ -197,7 +185,7 @@ fn tests(record: &ComparisonRecord) -> Sheet {
             names == [one, other] || names == [other, one]
         });
         table.row([
-            text(&format!("{one} – {other}")),
+            text(format!("{one} – {other}")),
             Cell::Number(printed, 2),
             Cell::number(test.and_then(|test| test.p), 4),
             Cell::number(test.and_then(|test| test.t), 2),

@@ -2,7 +2,8 @@
 
 use super::{
     Cell, Curve, Panel, Table, category_plot,
-    comparison::{Reader, Sheet},
+    comparison::Sheet,
+    paper::{sheet, text, with_half},
 };
 use crate::{
     error::Result,
@@ -10,7 +11,7 @@ use crate::{
         printed::RUIZMAYOR_2006,
         ruizmayor2006::{ExperimentRecord, Figures, Ruizmayor2006Record, Worlds},
     },
-    score::{MeanInterval, prediction_correction::PriorInterval},
+    score::prediction_correction::PriorInterval,
 };
 
 /// Its tables.
@@ -86,28 +87,6 @@ fn interval(of: &PriorInterval, scale: f64) -> String {
     match of.up_to {
         Some(up_to) => format!("{above:.0}–{:.0}", scale * up_to),
         None => format!("over {above:.0}"),
-    }
-}
-
-fn text(text: impl Into<String>) -> Cell {
-    Cell::Text(text.into())
-}
-
-/// A mean with half of its interval.
-fn with_half(mean: &MeanInterval, scale: f64) -> Cell {
-    let shown = scale * mean.mean;
-    text(match mean.ci95 {
-        Some([low, high]) => format!("{shown:.1} ± {:.1}", scale * (high - low) / 2.0),
-        None => format!("{shown:.1}"),
-    })
-}
-
-fn sheet(name: &str, title: &str, table: Table) -> Sheet {
-    Sheet {
-        name: name.into(),
-        title: title.into(),
-        table,
-        reader: Reader::Everyone,
     }
 }
 

@@ -11,7 +11,7 @@ const SOUND: &str = "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n";
 fn damaged_files_are_refused_in_one_line() {
     let far = format!("0 {} 0 0 0 0 0 1\n", "1".repeat(100_000));
     let long = format!("0 0 0 0 0 0 0 1\n{}\n", "7 ".repeat(200_000));
-    let bad: [(&[u8], &[&str]); 24] = [
+    let bad: [(&[u8], &[&str]); 26] = [
         (b"", &["is empty", "TUM, KITTI or CSV"]),
         (b"# stamp x y z\n\n", &["is empty"]),
         (
@@ -82,6 +82,14 @@ fn damaged_files_are_refused_in_one_line() {
             &["line 2", "`heading_rad` holds 180", "radians"],
         ),
         (
+            b"stamp,x_m,y_m,yaw\n0,1,2,0\n1,1,2,20\n",
+            &["line 3", "`yaw` holds 20", "heading_deg"],
+        ),
+        (
+            b"stamp,x_m,y_m,qx,qy,qz,qw,qw\n0,1,2,0,0,0,1,1\n",
+            &["line 1", "columns `qw` and `qw`"],
+        ),
+        (
             b"stamp,x,x_m,y_m,heading_rad\n0,1,1,2,0\n",
             &["line 1", "columns `x` and `x_m`"],
         ),
@@ -126,6 +134,17 @@ fn trajectories_that_do_not_go_together_are_refused() {
     place
         .ballmark(&["trajectory", "later.tum", "ref.tum", "--offset", "-10"])
         .done();
+    let in_nanoseconds = |plus: u64| {
+        let at = |k: u64| 1_500_000_000_000_000_000 + k * 1_000_000_000 + plus;
+        (0..3).fold(String::new(), |text, k| {
+            text + &format!("{} {k} 0 0 0 0 0 1\n", at(k))
+        })
+    };
+    place.write("ns.tum", in_nanoseconds(0));
+    place.write("late.tum", in_nanoseconds(3_000));
+    place
+        .ballmark(&["trajectory", "ns.tum", "late.tum"])
+        .refused(1, &["no pose of ns.tum", "in seconds?"]);
     let kitti = "1 0 0 0 0 1 0 0 0 0 1 0\n";
     place.write("three.kitti", kitti.repeat(3));
     place.write("four.kitti", kitti.repeat(4));

@@ -4,6 +4,7 @@ use crate::{
     experiment::{
         localise_config::LocaliseConfig,
         mapped::Mapped,
+        method::Method,
         parts::{Parts, TrainingSource},
         product::product,
     },
@@ -73,6 +74,24 @@ fn parts(recording: &Recording, validated: bool) -> Parts<'_> {
     }
 }
 
+/// Over the places of the training part.
+fn in_context(recording: &Recording, validated: bool, test: impl FnOnce(&MethodContext)) {
+    let parts = parts(recording, validated);
+    let config = LocaliseConfig::default();
+    let mapped = Mapped::of(parts.source.as_ref().unwrap());
+    test(&MethodContext::over(mapped, &parts, &config).unwrap());
+}
+
+/// The filter with the signs of some readings.
+fn signs<'a>(context: &MethodContext<'a>, readings: Range<usize>) -> Method<'a> {
+    let name = format!("{readings:?}");
+    let detector = HalfHearted {
+        off: 0.15,
+        readings,
+    };
+    context.detector(&name, &name, &detector).unwrap()
+}
+
 fn reductions(held_out: &[ErrorReduction]) -> Vec<f64> {
     held_out.iter().map(|e| e.error_reduction).collect()
 }
@@ -113,102 +132,70 @@ fn features_count_as_much_as_the_validation_part_shows() {
 
 #[test]
 fn two_halves_of_the_readings_say_more_together_than_either() {
-    let recording = corridor();
     for validated in [false, true] {
-        let parts = parts(&recording, validated);
-        let config = LocaliseConfig::default();
-        let mapped = Mapped::of(parts.source.as_ref().unwrap());
-        let context = MethodContext::over(mapped, &parts, &config).unwrap();
-        let of = |name: &str, readings: Range<usize>| {
-            let detector = HalfHearted {
-                off: 0.15,
-                readings,
-            };
-            context.detector(name, name, &detector).unwrap()
-        };
-        let (left, right) = (of("left", 0..12), of("right", 12..24));
-        let both = product(&context, "both", "both", &[&left, &right]).unwrap();
-        let both = reductions(&both.unwrap().held_out);
-        let (left, right) = (reductions(&left.held_out), reductions(&right.held_out));
-        assert_eq!(both.len(), 2);
-        // At their word these say nothing of where in all of the corridor.
-        for prior in 0..if validated { 2 } else { 1 } {
-            let better = left[prior].max(right[prior]);
-            assert!(
-                both[prior] > better + 0.02,
-                "validated: {validated}, {both:?} of {left:?} and {right:?}"
-            );
-        }
-        // Who has no likelihood has none together with others.
-        let odometry = context.odometry("odometry", "odometry");
-        let factors = [
-            of("left", 0..12).single_snapshots,
-            odometry.single_snapshots,
-        ];
-        let factors: Vec<_> = factors.iter().map(Option::as_deref).collect();
-        let nothing = context.held_out_of_product(&factors).unwrap();
-        assert!(nothing.held_out.is_empty());
+        in_context(&corridor(), validated, |context| {
+            let (left, right) = (signs(context, 0..12), signs(context, 12..24));
+            let both = product(context, "both", "both", &[&left, &right]).unwrap();
+            let both = reductions(&both.unwrap().held_out);
+            // Who has no likelihood has none together with others.
+            let factors = [left.single_snapshots.as_deref(), None];
+            let nothing = context.held_out_of_product(&factors).unwrap();
+            assert!(nothing.held_out.is_empty());
+            let (left, right) = (reductions(&left.held_out), reductions(&right.held_out));
+            assert_eq!(both.len(), 2);
+            // At their word these say nothing of where in all of the corridor.
+            for prior in 0..if validated { 2 } else { 1 } {
+                let better = left[prior].max(right[prior]);
+                assert!(
+                    both[prior] > better + 0.02,
+                    "validated: {validated}, {both:?} of {left:?} and {right:?}"
+                );
+            }
+        });
     }
 }
 
 #[test]
 fn evidence_that_is_too_much_to_keep_is_judged_all_the_same() {
-    let recording = corridor();
-    let parts = parts(&recording, true);
-    let config = LocaliseConfig::default();
-    let mapped = Mapped::of(parts.source.as_ref().unwrap());
-    let context = MethodContext::over(mapped, &parts, &config).unwrap();
-    let detector = HalfHearted {
-        off: 0.15,
-        readings: 0..24,
-    };
-    let (answers, map) = context.map_of(&detector).unwrap();
-    let map = Arc::new(map.at(&context.mapped.places).unwrap());
-    let sensor = PreparedFeatures::new(&answers.run, Arc::clone(&map), Evidence::MeanField);
-    let on_source = answers.source.as_ref().unwrap();
-    let on_source = PreparedFeatures::new(on_source, map, Evidence::MeanField);
-    let some = context.validated().unwrap();
-    let judged = |most_kept| {
-        let on_source = (&on_source as &dyn PreparedSensorModel, &some[..]);
-        let judged = context.held_out_by(&sensor, Some(on_source), most_kept);
-        judged.unwrap()
-    };
-    let (kept, not_kept) = (judged(MOST_KEPT), judged(0));
-    assert!(kept.evidence.is_some() && not_kept.evidence.is_none());
-    assert_eq!(kept.held_out, not_kept.held_out);
+    in_context(&corridor(), true, |context| {
+        let detector = HalfHearted {
+            off: 0.15,
+            readings: 0..24,
+        };
+        let (answers, map) = context.map_of(&detector).unwrap();
+        let map = Arc::new(map.at(&context.mapped.places).unwrap());
+        let sensor = PreparedFeatures::new(&answers.run, Arc::clone(&map), Evidence::MeanField);
+        let on_source = answers.source.as_ref().unwrap();
+        let on_source = PreparedFeatures::new(on_source, map, Evidence::MeanField);
+        let some = context.validated().unwrap();
+        let judged = |most_kept| {
+            let on_source = (&on_source as &dyn PreparedSensorModel, &some[..]);
+            let judged = context.held_out_by(&sensor, Some(on_source), most_kept);
+            judged.unwrap()
+        };
+        let (kept, not_kept) = (judged(MOST_KEPT), judged(0));
+        assert!(kept.evidence.is_some() && not_kept.evidence.is_none());
+        assert_eq!(kept.held_out, not_kept.held_out);
+    });
 }
 
 #[test]
 fn who_only_disturbs_counts_for_little_together() {
-    let recording = corridor();
-    let parts = parts(&recording, true);
-    let config = LocaliseConfig::default();
-    let mapped = Mapped::of(parts.source.as_ref().unwrap());
-    let context = MethodContext::over(mapped, &parts, &config).unwrap();
-    let of = |name: &str, readings: Range<usize>| {
-        let detector = HalfHearted {
-            off: 0.15,
-            readings,
+    in_context(&corridor(), true, |context| {
+        let all = signs(context, 0..24);
+        let known = all.single_snapshots.as_deref().unwrap();
+        // The same evidence of other snapshots, and as sure of itself.
+        let mut shuffled = SingleSnapshots {
+            on_run: known.on_run.clone(),
+            on_validation: known.on_validation.clone(),
+            powers: known.powers.clone(),
         };
-        context.detector(name, name, &detector).unwrap()
-    };
-    let all = of("all", 0..24);
-    // Another's evidence of other snapshots is none of these.
-    let mut misled = of("misled", 0..24);
-    let evidence = misled.single_snapshots.take().unwrap();
-    let mut shuffled = SingleSnapshots {
-        on_run: evidence.on_run.clone(),
-        on_validation: evidence.on_validation.clone(),
-        powers: evidence.powers.clone(),
-    };
-    shuffled.on_run.invert_axis(Axis(0));
-    shuffled.on_validation.invert_axis(Axis(0));
-    let known = all.single_snapshots.as_deref();
-    let both = context
-        .held_out_of_product(&[known, Some(&shuffled)])
-        .unwrap();
-    let (both, alone) = (reductions(&both.held_out), reductions(&all.held_out));
-    for (both, alone) in both.iter().zip(&alone) {
-        assert!(both > &(alone - 0.03), "{both} together, {alone} alone");
-    }
+        shuffled.on_run.invert_axis(Axis(0));
+        shuffled.on_validation.invert_axis(Axis(0));
+        let both = context.held_out_of_product(&[Some(known), Some(&shuffled)]);
+        let both = reductions(&both.unwrap().held_out);
+        for (both, alone) in both.iter().zip(reductions(&all.held_out)) {
+            assert!(*both > alone - 0.03, "{both} together, {alone} alone");
+        }
+    });
 }

@@ -3,17 +3,18 @@ use super::*;
 #[test]
 fn all_that_is_reported_is_there_at_toy_size_and_the_same_again() {
     let config = Thrun1998Config {
-        steps: 6,
+        steps: 12,
         trials: 3,
+        doubled: true,
         ..Thrun1998Config::default().toy()
     };
-    let mut told = Vec::new();
+    let mut calls = Vec::new();
     let record = run(&config, &mut |done, all, what| {
-        told.push((done, all, what.to_string()))
+        calls.push((done, all, what.to_string()))
     })
     .unwrap();
-    assert_eq!(told.len(), 3);
-    assert!(told.iter().all(|(done, all, _)| done < all));
+    assert_eq!(calls.len(), 4);
+    assert!(calls.iter().all(|(done, all, _)| done < all));
     let set = &record.sets[0];
     // Doors and the kernel under six priors, one feature for each, two and three for ±2 m, four of them judged under all.
     assert_eq!(set.rows.len(), 6 + 6 + 6 + 2 + 6);
@@ -58,6 +59,10 @@ fn all_that_is_reported_is_there_at_toy_size_and_the_same_again() {
         assert_eq!(moment.mass.len(), belief.route_m.len());
     }
     assert!(belief.moments[8].expected_error_m < belief.moments[0].expected_error_m);
+    // Twice the corridor takes longer, if not by how much the bits foretell.
+    let readings = record.readings.as_ref().unwrap();
+    assert!(readings.readings > 1.0 && readings.predicted_by_error > readings.readings);
+    assert!(readings.found_in_doubled.unwrap() > 1.0);
     assert_eq!(run(&config, &mut |_, _, _| ()).unwrap(), record);
 }
 
