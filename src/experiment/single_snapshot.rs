@@ -106,28 +106,45 @@ impl MethodContext<'_> {
         for (number, &prior) in self.priors.iter().enumerate() {
             let alone = factors.iter().map(|f| f.powers.get(number));
             let alone: Vec<f64> = alone.map(|power| power.copied().unwrap_or(1.0)).collect();
-            let mut best = (f64::INFINITY, alone.clone());
-            if can_tune {
-                let some = self.validated()?;
-                for weights in weighed(&alone) {
-                    let log_likelihood =
-                        |row| together(&factors, &weights, row, |f| &f.on_validation);
-                    let (power, error_m) = self.power_of(prior, &some, &log_likelihood)?;
-                    if error_m < best.0 {
-                        best = (
-                            error_m,
-                            weights.iter().map(|weight| power * weight).collect(),
-                        );
-                    }
-                }
-            }
-            let log_likelihood = |row| together(&factors, &best.1, row, |f| &f.on_run);
+            let powers = match can_tune {
+                true => self.powers_together(prior, &factors, alone)?,
+                false => alone,
+            };
+            let log_likelihood = |row| together(&factors, &powers, row, |f| &f.on_run);
             held_out.push(self.reduction(prior, &covered, log_likelihood));
         }
         Ok(Judged {
             held_out,
             evidence: None,
         })
+    }
+
+    /// Powers of the factors of a product under one prior, from those that each has alone: which of them counts for less is settled
+    /// first, at few powers of the whole, then the power of the whole. All powers of all shares would cost three times as much.
+    fn powers_together(
+        &self,
+        prior: Uncertainty,
+        factors: &[&SingleSnapshots],
+        alone: Vec<f64>,
+    ) -> Result<Vec<f64>> {
+        let some = self.validated()?;
+        let (truths, rows) = self.counted_of(prior, &some)?;
+        let candidates = &self.mapped.places;
+        let mut best = (f64::INFINITY, alone.clone());
+        for weights in weighed(&alone).into_iter().filter(|_| !truths.is_empty()) {
+            for power in TRIED_TOGETHER {
+                let powers: Vec<f64> = weights.iter().map(|weight| power * weight).collect();
+                let log_likelihood =
+                    |truth: usize| together(factors, &powers, rows[truth], |f| &f.on_validation);
+                let score = held_out::by_likelihood(prior, &truths, candidates, log_likelihood);
+                if score.posterior_error_m < best.0 {
+                    best = (score.posterior_error_m, powers);
+                }
+            }
+        }
+        let known = |row| together(factors, &best.1, row, |f| &f.on_validation);
+        let (power, _) = self.power_of(prior, &some, &known)?;
+        Ok(best.1.iter().map(|weight| power * weight).collect())
     }
 
     /// The same of a sensor model that is prepared for the unseen part, and for some snapshots of the validation part; without those
@@ -267,17 +284,19 @@ impl MethodContext<'_> {
         some: &[usize],
         known: &(dyn Fn(usize) -> Vec<f64> + Sync),
     ) -> Result<(f64, f64)> {
+        let (truths, rows) = self.counted_of(prior, some)?;
         let candidates = &self.mapped.places;
-        let all = Places::of(&self.source()?.recording);
-        let counted = held_out::counted(prior, &all, some, candidates);
-        let rows = rows(some, &counted);
-        let truths = all.select(&counted);
+        let of_truth = |truth: usize| known(rows[truth]);
         Ok(evidence_tuning::tuned_power(
-            prior,
-            &truths,
-            candidates,
-            |row| known(rows[row]),
+            prior, &truths, candidates, of_truth,
         ))
+    }
+
+    /// Places of those of some snapshots of the validation part that count under a prior, and where they stand in `some`.
+    fn counted_of(&self, prior: Uncertainty, some: &[usize]) -> Result<(Places, Vec<usize>)> {
+        let all = Places::of(&self.source()?.recording);
+        let counted = held_out::counted(prior, &all, some, &self.mapped.places);
+        Ok((all.select(&counted), rows(some, &counted)))
     }
 
     /// `score` of every prior and the unseen snapshots that count under it.
@@ -300,6 +319,9 @@ impl MethodContext<'_> {
 
 /// What a factor of a product counts for beside the others, as shares of the power that it has alone.
 const SHARES: [f64; 4] = [0.5, 0.25, 0.1, 0.0];
+
+/// Powers of a whole product at which shares are tried: two that are right and independent have 1, two that say the same a half.
+const TRIED_TOGETHER: [f64; 2] = [1.0, 0.5];
 
 /// Powers of the factors of a product: those that each has alone, and those with one of them less.
 fn weighed(alone: &[f64]) -> Vec<Vec<f64>> {
