@@ -227,7 +227,7 @@ fn product(p: &[f64]) -> Vec<f64> {
     all
 }
 
-fn product_into(p: impl Iterator<Item = f64>, scale: f64, all: &mut Vec<f64>) {
+pub(super) fn product_into(p: impl Iterator<Item = f64>, scale: f64, all: &mut Vec<f64>) {
     all.clear();
     all.push(scale);
     for p in p {

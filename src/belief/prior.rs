@@ -36,6 +36,22 @@ pub enum Uncertainty {
 }
 
 impl Uncertainty {
+    /// The priors of a bank of filters, those of Thrun (1998, 5.1.7): ±1, 2, 5, 10 and 50 m, and no idea at all.
+    pub fn of_a_bank() -> [Uncertainty; 6] {
+        let window = |half_width_m| Uncertainty::Window {
+            half_width_m,
+            half_turn_rad: Some(DEFAULT_HALF_TURN_RAD),
+        };
+        [
+            window(1.0),
+            window(2.0),
+            window(5.0),
+            window(10.0),
+            window(50.0),
+            Uncertainty::Global,
+        ]
+    }
+
     /// Does the prior of a robot at `truth` give place `other_index` any mass?
     ///
     /// |ξ_j − ξ_i| ≤ w, which is symmetric under rounding.

@@ -77,7 +77,11 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         )?;
         write_text(
             &folder.join(format!("features-{prior}.csv")),
-            &features::csv(&recording, &answers),
+            &features::csv(
+                &recording,
+                &features::numbered("", answers.ncols()),
+                &answers,
+            ),
         )?;
         for (ending, plot) in plots {
             write_text(&folder.join(format!("features-{prior}.{ending}")), &plot)?;

@@ -1,14 +1,18 @@
 //! `ballmark export`: a model in another container.
 
 use super::{Outcome, print};
-use crate::{error::Result, model::Model};
+use crate::{
+    error::Result,
+    model::{Model, ModelBank},
+};
 use std::path::PathBuf;
 
 /// Write a model's weights, constants and map for another program.
 ///
 /// Array names and shapes are the same in both containers: filter.{i}.{layer}.weight [out, in], filter.{i}.{layer}.bias
 /// [out], input.mean, input.deviation, map.pose [K, 3], map.activation [K, n]. In .npz the header is the array `meta`
-/// (UTF-8 JSON), in .safetensors the metadata key `ballmark`.
+/// (UTF-8 JSON), in .safetensors the metadata key `ballmark`. Of a bank of filters the arrays of each set stand behind its name:
+/// set.2m.filter.0.0.weight; map.pose, map.route and map.run [K], the run of each place, are those of all.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark export models/corridor-2m.safetensors -o corridor-2m.npz")]
@@ -23,14 +27,16 @@ pub struct Arguments {
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
     Model::check_name(&arguments.output)?;
-    let model = Model::read(&arguments.model)?;
-    model.write(&arguments.output)?;
-    print(&format!(
-        "{}: {} filters for uncertainty {}, {} places\n",
-        arguments.output.display(),
-        model.features(),
-        model.header.prior,
-        model.pose.len()
-    ))?;
+    let bank = ModelBank::read(&arguments.model)?;
+    bank.write(&arguments.output)?;
+    for model in bank.sets() {
+        print(&format!(
+            "{}: {} filters for uncertainty {}, {} places\n",
+            arguments.output.display(),
+            model.features(),
+            model.header.prior,
+            model.pose.len()
+        ))?;
+    }
     Ok(Outcome::Done)
 }

@@ -8,20 +8,22 @@ use super::{
     print,
 };
 use crate::{
+    belief::Uncertainty,
     detector::Detector,
     error::{Error, Result},
-    model::Model,
+    model::{Model, ModelBank},
     recording::Recording,
     report::{Curve, Panel, Trace, scatter_plot, stacked_plot},
     storage,
 };
-use ndarray::Array2;
+use ndarray::{Array2, Axis};
 use std::{fmt::Write, path::PathBuf};
 
 /// The output of each filter at every snapshot: a CSV file, and plots beside it.
 ///
 /// Columns: index, x_m, y_m, heading_rad, f1, f2, … with f the probability that the feature is seen. Plots beside it show
-/// the first eight along the route (F.svg), or in the plane where the dataset has no route (F.f1.svg, F.f2.svg, …).
+/// the first eight along the route (F.svg), or in the plane where the dataset has no route (F.f1.svg, F.f2.svg, …). Of a bank of
+/// filters there is the table alone, with the columns of each set: 2m.f1, 2m.f2, …
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark features models/corridor-2m.safetensors \\
@@ -54,16 +56,54 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     }
     storage::check_target(&arguments.output)?;
     let degraded = Experiment::read(arguments.config.as_deref(), None)?.degraded;
-    let model = Model::read(&arguments.model)?;
+    let bank = ModelBank::read(&arguments.model)?;
     let dataset = &arguments.dataset;
     let recording = read(dataset, &degraded)?;
-    let recording = model.seen_in(&recording).map_err(|e| e.in_file(dataset))?;
-    let answers = model
-        .detector()
-        .probabilities(&recording)
-        .map_err(|e| e.in_file(dataset))?;
-    warn_of_other_sensors(&[&model], &recording);
-    write_text(&arguments.output, &csv(&recording, &answers))?;
+    if let [model] = bank.sets() {
+        return of_one(model, &recording, &arguments);
+    }
+    let models: Vec<&Model> = bank.sets().iter().collect();
+    warn_of_other_sensors(&models, &recording);
+    let mut columns = Vec::new();
+    let mut all = Array2::zeros((recording.len(), 0));
+    for model in models {
+        let answers = answers(model, &recording).map_err(|e| e.in_file(dataset))?;
+        let prior = model.header.prior;
+        columns.extend(numbered(
+            &format!("{}.", column_name(prior)),
+            answers.ncols(),
+        ));
+        all.append(Axis(1), answers.view())
+            .map_err(|e| Error::work(format!("features of {prior}: {e}")))?;
+    }
+    write_text(&arguments.output, &csv(&recording, &columns, &all))?;
+    print(&format!(
+        "{}: {} snapshots, {} sets of {} features\n",
+        arguments.output.display(),
+        recording.len(),
+        bank.sets().len(),
+        all.ncols() / bank.sets().len()
+    ))?;
+    Ok(Outcome::Done)
+}
+
+/// A set's name in a header of CSV, which has commas of its own: `2m`, `2m_0.3rad`.
+fn column_name(prior: Uncertainty) -> String {
+    prior.to_string().replace(',', "_")
+}
+
+/// P(f_i = 1 | s) of every snapshot.
+fn answers(model: &Model, recording: &Recording) -> Result<Array2<f32>> {
+    model.detector().probabilities(&*model.seen_in(recording)?)
+}
+
+/// The table and the plots of a single model.
+fn of_one(model: &Model, recording: &Recording, arguments: &Arguments) -> Result<Outcome> {
+    let in_dataset = |e: Error| e.in_file(&arguments.dataset);
+    let answers = answers(model, recording).map_err(in_dataset)?;
+    warn_of_other_sensors(&[model], recording);
+    let columns = numbered("", answers.ncols());
+    write_text(&arguments.output, &csv(recording, &columns, &answers))?;
     let title = format!("Filters for uncertainty {}", model.header.prior);
     let mut summary = format!(
         "{}: {} snapshots, {} features\n",
@@ -74,7 +114,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     if answers.ncols() > MAX_PICTURED {
         summary += &format!("plots: the first {MAX_PICTURED} features\n");
     }
-    for (name, picture) in plots(&title, &recording, &answers)? {
+    for (name, picture) in plots(&title, recording, &answers)? {
         let path = arguments.output.with_extension(name);
         write_text(&path, &picture)?;
         summary += &format!("{}: their plot\n", path.display());
@@ -86,11 +126,16 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
 /// Features that are pictured: more are not worth looking at one by one; the table has them all.
 const MAX_PICTURED: usize = 8;
 
+/// Names of the columns of so many features: `f1`, `f2`, …, with what stands before each.
+pub(super) fn numbered(before: &str, features: usize) -> Vec<String> {
+    (1..=features).map(|i| format!("{before}f{i}")).collect()
+}
+
 /// One row a snapshot.
-pub(super) fn csv(recording: &Recording, answers: &Array2<f32>) -> String {
+pub(super) fn csv(recording: &Recording, columns: &[String], answers: &Array2<f32>) -> String {
     let mut text = String::from("index,x_m,y_m,heading_rad");
-    for i in 1..=answers.ncols() {
-        let _ = write!(text, ",f{i}"); // writing to a String can't fail
+    for column in columns {
+        let _ = write!(text, ",{column}"); // writing to a String can't fail
     }
     text.push('\n');
     for (k, row) in answers.rows().into_iter().enumerate() {

@@ -16,7 +16,7 @@ use crate::{
         parts::{Parts, odometry_is_the_truth},
     },
     mapping::RosMap,
-    model::Model,
+    model::{Model, ModelBank},
     recording::Recording,
     report::localisation as tables,
     storage,
@@ -30,7 +30,8 @@ use std::{
 ///
 /// Given the dataset that the model was trained on, the trials run on its test part (`ballmark train --test-fold`), or
 /// on the validation part where there is none. Given another dataset, they run on all of it; the baselines then need
-/// --trained-on. Several models, trained on the same dataset with the same split, stand in one table.
+/// --trained-on. Several models, trained on the same dataset with the same split, stand in one table. A bank of filters (`ballmark
+/// train --uncertainty bank`) uses at every step the set that promises most; beside it stand all its sets at once, and each alone.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark localise models/corridor-2m.safetensors \\
@@ -90,9 +91,18 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let Some((dataset, models)) = arguments.files.split_last() else {
         return Err(Error::usage("no files; expected M.safetensors D.npz")); // clap sees to it
     };
-    let models = models.iter().map(|file| Model::read(file));
-    let models = models.collect::<Result<Vec<Model>>>()?;
-    let models: Vec<&Model> = models.iter().collect();
+    let files = models.iter().map(|file| ModelBank::read(file));
+    let banks = files.collect::<Result<Vec<ModelBank>>>()?;
+    let bank = match &banks[..] {
+        [bank] if bank.sets().len() > 1 => Some(bank),
+        banks if banks.iter().all(|bank| bank.sets().len() == 1) => None,
+        _ => {
+            return Err(Error::usage(
+                "a bank of filters beside other models: expected the bank alone, or models of one set each",
+            ));
+        }
+    };
+    let models: Vec<&Model> = banks.iter().flat_map(ModelBank::sets).collect();
     let model = models[0];
     // What one of them works from, the others may leave.
     let history_m = Model::history_of_all(&models);
@@ -136,7 +146,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         &parts
     };
     let started = Instant::now();
-    let record = play(&models, parts, &config).map_err(in_dataset)?;
+    let record = match bank {
+        Some(bank) => {
+            with_bar(|progress| localisation::localise_bank(bank, parts, &config, progress))
+        }
+        None => play(&models, parts, &config),
+    };
+    let record = record.map_err(in_dataset)?;
     let seconds = started.elapsed().as_secs_f64();
     if let Some(folder) = &arguments.out {
         write_report(folder, "Localisation on unseen runs", &record)?;

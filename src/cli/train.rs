@@ -1,26 +1,30 @@
 //! `ballmark train`: filters for a prior uncertainty, learned from a dataset.
 
+mod bank;
+mod scores;
+
 use super::{
     Outcome, config::Experiment, dataset::read_all, interrupt::Interrupt, print,
     progress::Progress, warn,
 };
 use crate::{
     belief::Uncertainty,
-    detector::device::DeviceChoice,
-    error::Result,
+    detector::device::{Device, DeviceChoice},
+    error::{Error, Result},
     experiment::sequences::tuned_scale,
     learning::{
-        ErrorReduction, Recipe,
+        Recipe,
         recipe::{BeginWith, NamedRecipe},
-        trainer::{Directive, StoppedBy},
+        trainer::Directive,
     },
-    mapping::{RangeSensors, read_fitting},
-    model::{Learned, Model, Note, Resume, Training},
-    recording::{Recording, degraded::Degradation},
-    report::{Cell, Table},
+    mapping::{OccupancyMap, RangeSensors, read_fitting},
+    model::{Learned, Model, Resume, Training},
+    recording::Recording,
 };
+use scores::{json, table};
 use std::{
     path::{Path, PathBuf},
+    str::FromStr,
     time::Instant,
 };
 
@@ -44,9 +48,10 @@ pub struct Arguments {
     /// datasets are seen by.
     #[arg(long, value_name = "C.toml")]
     config: Option<PathBuf>,
-    /// Prior uncertainty to train for: `2m` (±2 m, and in the plane ±0.5 rad), `2m,0.3rad`, `2m,any` or `global`.
+    /// Prior uncertainty to train for: `2m` (±2 m, and in the plane ±0.5 rad), `2m,0.3rad`, `2m,any` or `global`; or `bank`: a set
+    /// each for ±1, 2, 5, 10, 50 m and global in one file, of which the filter uses at every step the one that promises most.
     #[arg(long, value_name = "U")]
-    uncertainty: Option<Uncertainty>,
+    uncertainty: Option<Wanted>,
     /// What holds where neither configuration nor flags say otherwise: `default`, which holds up best on runs never seen, or
     /// `thrun1998`, the paper's own networks and descent (10,000 steps of all snapshots, unless --steps says otherwise).
     #[arg(long, value_name = "NAME")]
@@ -83,10 +88,33 @@ pub struct Arguments {
     json: bool,
 }
 
+/// What is to be trained for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Wanted {
+    One(Uncertainty),
+    Bank,
+}
+
+impl FromStr for Wanted {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text.trim() {
+            "bank" => Ok(Wanted::Bank),
+            other => other
+                .parse()
+                .map(Wanted::One)
+                .map_err(|e: Error| e.followed_by("or `bank`")),
+        }
+    }
+}
+
 pub fn run(arguments: Arguments) -> Result<Outcome> {
     let experiment = Experiment::read(arguments.config.as_deref(), arguments.recipe)?;
     let mut recipe = experiment.train;
-    recipe.uncertainty = arguments.uncertainty.unwrap_or(recipe.uncertainty);
+    if let Some(Wanted::One(uncertainty)) = arguments.uncertainty {
+        recipe.uncertainty = uncertainty;
+    }
     recipe.features = arguments.features.unwrap_or(recipe.features);
     recipe.seed = arguments.seed.unwrap_or(recipe.seed);
     recipe.descent.steps = arguments.steps.unwrap_or(recipe.descent.steps);
@@ -122,16 +150,44 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             Some(read_fitting(map, &recording, &training_part, &sensors)?)
         }
     };
-    let mut training = Training::new(&recipe, &recording)
-        .device(&device)
-        .checkpoint(&checkpoint, resume);
-    if let Some(from) = arguments.from.as_ref().filter(|from| !is_none(from)) {
-        let name = from.file_name().unwrap_or_default().to_string_lossy();
-        training = training.from_pretrained(&name, &Model::read(from)?);
+    let from = arguments.from.as_ref().filter(|from| !is_none(from));
+    let from = match from {
+        None => None,
+        Some(from) => {
+            let name = from.file_name().unwrap_or_default().to_string_lossy();
+            Some((name.into_owned(), Model::read(from)?))
+        }
+    };
+    let begun = Begun {
+        recording: &recording,
+        device: &device,
+        from: from.as_ref(),
+        map: map.as_ref(),
+    };
+    let explained = |e: Error| {
+        if e.is_cancelled() {
+            e.followed_by("the same command with --resume goes on from there")
+        } else if e.is_io() || e.is_usage() || e.is_input() {
+            e // a checkpoint at fault is named already; what is left is the dataset
+        } else {
+            e.in_file(&arguments.datasets[0]) // one at least: clap sees to it
+        }
+    };
+    if arguments.uncertainty == Some(Wanted::Bank) {
+        let learn_set = |recipe: &Recipe, checkpoint: &Path| {
+            let name = format!("learning {}", recipe.uncertainty);
+            let training = begun.training(recipe).checkpoint(checkpoint, resume);
+            learn(training, recipe, &name, || interrupt.is_set()).map_err(explained)
+        };
+        let sets = bank::learned(&recipe, &recording, &arguments.output, learn_set)?;
+        return bank::show(
+            &sets,
+            &recording,
+            &arguments,
+            started.elapsed().as_secs_f64(),
+        );
     }
-    if let Some(map) = &map {
-        training = training.in_map(map);
-    }
+    let training = begun.training(&recipe).checkpoint(&checkpoint, resume);
     if arguments.resume {
         if let Some(learned) = training.finished(&arguments.output)? {
             warn(&format!(
@@ -147,26 +203,45 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             ));
         }
     }
-    let learned = learn(training, &recipe, "learning", || interrupt.is_set()).map_err(|e| {
-        if e.is_cancelled() {
-            e.followed_by("the same command with --resume goes on from there")
-        } else if e.is_io() || e.is_usage() || e.is_input() {
-            e // a checkpoint at fault is named already; what is left is the dataset
-        } else {
-            e.in_file(&arguments.datasets[0]) // one at least: clap sees to it
-        }
-    })?;
+    let learned = learn(training, &recipe, "learning", || interrupt.is_set()).map_err(explained)?;
     let seconds = started.elapsed().as_secs_f64();
     let mut learned = learned;
-    match tuned_scale(&learned.model, &recording) {
-        Ok(scale) => learned.model.header.evidence_scale = scale,
-        // A model that learned well is worth keeping, whatever a grid over its places would need.
-        Err(fault) => warn(&format!("note: evidence not tuned: {fault}")),
-    }
+    tune_evidence(&mut learned, &recording);
     learned.model.write(&arguments.output)?;
     // The model is safe; a stale checkpoint is only in the way.
     let _ = Training::remove_checkpoints(&recipe, &checkpoint);
     show(&learned, &recording, &arguments, Some(seconds))
+}
+
+/// What every training of a call begins with.
+struct Begun<'a> {
+    recording: &'a Recording,
+    device: &'a Device,
+    /// Name and pre-trained model.
+    from: Option<&'a (String, Model)>,
+    map: Option<&'a OccupancyMap>,
+}
+
+impl Begun<'_> {
+    fn training<'b>(&'b self, recipe: &'b Recipe) -> Training<'b> {
+        let mut training = Training::new(recipe, self.recording).device(self.device);
+        if let Some((name, from)) = self.from {
+            training = training.from_pretrained(name, from);
+        }
+        if let Some(map) = self.map {
+            training = training.in_map(map);
+        }
+        training
+    }
+}
+
+/// Finds how much a model's evidence counts.
+fn tune_evidence(learned: &mut Learned, recording: &Recording) {
+    match tuned_scale(&learned.model, recording) {
+        Ok(scale) => learned.model.header.evidence_scale = scale,
+        // A model that learned well is worth keeping, whatever a grid over its places would need.
+        Err(fault) => warn(&format!("note: evidence not tuned: {fault}")),
+    }
 }
 
 /// No pre-trained networks, as `--from` says it.
@@ -237,86 +312,4 @@ fn checkpoint_of(output: &Path) -> PathBuf {
     let mut name = output.as_os_str().to_os_string();
     name.push(".checkpoint");
     name.into()
-}
-
-fn json(learned: &Learned, degraded: Option<&Degradation>, seconds: f64) -> String {
-    let report = &learned.report;
-    let notes: Vec<String> = report.notes.iter().map(Note::to_string).collect();
-    let value = serde_json::json!({
-        "train": report.scores.train,
-        "validation": report.scores.validation,
-        "began_with": report.began_with,
-        "steps": report.steps,
-        "evaluations": report.evaluations,
-        "stopped_by": report.stopped_by,
-        "resumed_at": report.resumed_at,
-        "notes": notes,
-        "evidence_scale": learned.model.header.evidence_scale,
-        "recipe": learned.model.header.recipe,
-        "degraded": degraded,
-        "timing": { "seconds": seconds },
-    });
-    format!("{value}\n")
-}
-
-fn table(learned: &Learned, seconds: Option<f64>) -> Table {
-    let report = &learned.report;
-    let mut table = Table::new([
-        "part",
-        "snapshots",
-        "prior error (m)",
-        "posterior error (m)",
-        "error reduction (%)",
-    ]);
-    let mut row = |part: &str, score: Option<&ErrorReduction>| {
-        let number =
-            |get: fn(&ErrorReduction) -> f64, decimals| Cell::number(score.map(get), decimals);
-        table.row([
-            Cell::Text(part.into()),
-            score.map_or(Cell::Missing, |s| Cell::Count(s.snapshots as u64)),
-            number(|s| s.prior_error_m, 3),
-            number(|s| s.posterior_error_m, 3),
-            number(|s| 100.0 * s.error_reduction, 1),
-        ]);
-    };
-    row("training", Some(&report.scores.train));
-    row("validation", report.scores.validation.as_ref());
-    let recipe = &learned.model.header.recipe;
-    let why = match report.stopped_by {
-        StoppedBy::Validation => "no better on the validation part",
-        StoppedBy::Steps => "all steps taken",
-        StoppedBy::NothingLearned => "stopped: nothing learned that holds on the validation part",
-        StoppedBy::Callback => "stopped early",
-    };
-    let seconds = seconds.map_or(String::new(), |seconds| format!(", {seconds:.1} s"));
-    table.caption(format!(
-        "{} filters for uncertainty {}, seed {}; {} steps ({why}){seconds}",
-        recipe.features, recipe.uncertainty, recipe.seed, report.steps
-    ));
-    if let Some(name) = &report.began_with {
-        table.caption(format!(
-            "began with networks pre-trained on other buildings: {name} (--from none: with random ones)"
-        ));
-    }
-    if let [.., _] = learned.model.history_m() {
-        table.caption(format!(
-            "inputs: readings of now and of {:?} m back ([train.input] history_m)",
-            learned.model.history_m()
-        ));
-    }
-    table.caption("validation: unseen snapshots at places seen in training; the map from training snapshots only");
-    let rendered = learned.model.header.occupancy.is_some();
-    let people = recipe.augmentation.most_people(rendered);
-    if people > 0.0 && report.scores.validation.is_some() {
-        table.caption(format!(
-            "each as it was and once more with people before {:.0} % of the beams ([train.augmentation] people)",
-            100.0 * people
-        ));
-    }
-    if let Some(scale) = learned.model.header.evidence_scale {
-        table.caption(format!(
-            "evidence of a snapshot counts to the power {scale:.3} in the filter: tuned on validation sequences"
-        ));
-    }
-    table
 }

@@ -1,6 +1,7 @@
 //! Who takes part in localisation trials by default: the learned filters, and what a user would have without learning.
 
 use super::{
+    bank_row::bank,
     kernels::{Moved, VIEWS, kernel, kernel_views, moves_show},
     learned_row::{Rounded, learned_features, random_bits},
     maps::{BEAM, BEAM_MODEL, Field, MAP, PARTICLES, RangeMaps},
@@ -10,7 +11,11 @@ use super::{
     sequences::evidence_scale,
     signal_row::{SIGNAL_FIELD, signal_field},
 };
-use crate::{belief::Uncertainty, error::Result, model::Model};
+use crate::{
+    belief::Uncertainty,
+    error::{Error, Result},
+    model::Model,
+};
 
 /// Bits of the wide random code: 8 bytes a place.
 const WIDE_BITS: usize = 64;
@@ -21,13 +26,19 @@ const WIDE_BITS: usize = 64;
 /// # Errors
 /// Where the run lacks the sensors that the models work from.
 pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
-    let mut all = all_learned(context)?;
+    let mut all = match context.bank {
+        Some(run) => of_bank(context, run)?,
+        None => all_learned(context)?,
+    };
+    let learned = match context.bank {
+        Some(_) => BANK_ROWS, // its sets alone are no members of products
+        None => all.len(),
+    };
     if context.parts.source.is_some() {
         let n = context
             .models
             .first()
             .map_or(WIDE_BITS, |model| model.features());
-        let learned = all.len();
         match with_map(context, &mut all[..learned]) {
             Ok(methods) => all.extend(methods),
             // A rival that this recording does not allow must not keep the others from playing.
@@ -70,6 +81,44 @@ pub fn features_and_map<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a
         all.extend(by_map);
     }
     Ok(all)
+}
+
+/// Rows of a bank as a whole.
+const BANK_ROWS: usize = 2;
+
+/// A bank, all its sets at once, and each of them alone.
+fn of_bank<'a>(context: &MethodContext<'a>, run: &[usize]) -> Result<Vec<Method<'a>>> {
+    let models = context.models;
+    let alone = |(number, model): (usize, &&Model)| {
+        let Labels { name, title } = labels(models, number);
+        let (name, title) = (
+            format!("{LEARNED}{name}"),
+            format!("{} learned{title}", model.features()),
+        );
+        learned_features(context, model, Rounded::No, &name, &title)
+    };
+    let mut sets = models
+        .iter()
+        .enumerate()
+        .map(alone)
+        .collect::<Result<Vec<_>>>()?;
+    for set in &mut sets {
+        set.evidence_scale = evidence_scale(set, context)?.map(|tuned| tuned.scale);
+    }
+    let of_sets: Vec<&Method> = sets.iter().collect();
+    let title = match context.config.bank.sets {
+        1 => format!("bank of {} sets", models.len()),
+        some => format!("bank of {} sets, {some} a step", models.len()),
+    };
+    let choice = context.config.bank;
+    let one = bank(context, (models, run), &of_sets, choice, (BANK, &title))?;
+    let all_title = format!("all {} sets at once", models.len());
+    let all = product(context, ALL_SETS, &all_title, &of_sets)?;
+    let rows = one.into_iter().chain(all).chain(sets).collect::<Vec<_>>();
+    match rows.len() == models.len() + BANK_ROWS {
+        true => Ok(rows),
+        false => Err(Error::work("a bank of sets that are no sensor models")),
+    }
 }
 
 fn all_learned<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
@@ -122,7 +171,7 @@ fn with_field<'a>(
 
 /// Is a method of this name one of a model's own, and no rival?
 pub(super) fn is_own(name: &str) -> bool {
-    name.starts_with(LEARNED) && !name.contains('+')
+    (name.starts_with(LEARNED) || name == BANK) && !name.contains('+')
 }
 
 /// Is a method of this name a model's features rounded to bits?
@@ -132,6 +181,10 @@ pub fn is_as_bits(name: &str) -> bool {
 
 /// How the names of a model's own methods begin.
 const LEARNED: &str = "learned";
+/// The name of a bank of filters, of which one set is used at every step.
+const BANK: &str = "bank";
+/// The name of all its sets at once.
+const ALL_SETS: &str = "bank_all_sets";
 /// How those begin that round to bits.
 const LEARNED_BITS: &str = "learned_bits";
 

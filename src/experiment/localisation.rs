@@ -27,7 +27,7 @@ use super::{
 use crate::{
     belief::Places,
     error::{Error, Result},
-    model::Model,
+    model::{Model, ModelBank},
     score::ClusteredMean,
 };
 use std::collections::BTreeSet;
@@ -44,9 +44,29 @@ pub fn localise(
     config: &LocaliseConfig,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Record> {
-    let context = MethodContext::new(models, parts, config)?;
-    let methods = line_up(&context)?;
-    let record = play(&context, methods, progress)?;
+    played_by(&MethodContext::new(models, parts, config)?, progress)
+}
+
+/// The same of a bank: its sets alone, and what it makes of them.
+///
+/// # Errors
+/// As [`localise`].
+pub fn localise_bank(
+    bank: &ModelBank,
+    parts: &Parts,
+    config: &LocaliseConfig,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Record> {
+    let sets: Vec<&Model> = bank.sets().iter().collect();
+    played_by(
+        &MethodContext::of_bank(&sets, bank.run(), parts, config)?,
+        progress,
+    )
+}
+
+fn played_by(context: &MethodContext, progress: &mut dyn FnMut(Progress)) -> Result<Record> {
+    let methods = line_up(context)?;
+    let record = play(context, methods, progress)?;
     // A rival may be left out; the models are what was asked about.
     let own = |absent: &&LeftOut| is_own(&absent.name);
     match record.left_out.iter().find(own) {

@@ -4,6 +4,7 @@ use crate::{
     belief::{Evidence, GridConfig, OdometryMotion},
     detector::MOST_VIEWS,
     error::{Error, Result},
+    localiser::sensor_model::BankChoice,
     seed::Seed,
 };
 use serde::{Deserialize, Serialize};
@@ -34,6 +35,8 @@ pub struct LocaliseConfig {
     /// From so many places beside each snapshot, up to 64, learned features are looked for again, and their answers averaged; where
     /// scans can be drawn anew. Helps where the sensor sees what the map shows, and costs as many times the answer.
     pub query_views: usize,
+    /// Which sets of a bank of filters speak at every step.
+    pub bank: BankChoice,
     /// Cells of the belief.
     pub grid: GridConfig,
     /// What the filter believes of odometry; nothing said: what the model learned of it.
@@ -66,6 +69,7 @@ impl Default for LocaliseConfig {
             longest_gap_m: 3.0,
             evidence: Evidence::MeanField,
             query_views: 0,
+            bank: BankChoice::default(),
             grid: GridConfig::default(),
             motion: None,
             start_spread_m: 0.3,
@@ -106,6 +110,7 @@ impl LocaliseConfig {
         if self.trials == 0 || self.resamples == 0 {
             return wrong("trials, localise.resamples", "at least 1 of each");
         }
+        self.bank.check().map_err(|e| e.context("localise"))?;
         if self.query_views > MOST_VIEWS {
             return wrong("query_views", &format!("at most {MOST_VIEWS}"));
         }

@@ -23,6 +23,9 @@ use crate::{
 use ndarray::Axis;
 use std::sync::Arc;
 
+/// Priors that single snapshots are always judged under.
+const USUAL_PRIORS: usize = 2;
+
 /// Everything that does not depend on the method, and what makes methods.
 ///
 /// ```no_run
@@ -44,6 +47,8 @@ use std::sync::Arc;
 pub struct MethodContext<'a> {
     /// The models of the [default line-up](super::line_up::line_up); elsewhere there may be none.
     pub models: &'a [&'a Model],
+    /// Where these models are the sets of one bank: the run that each of their places is of.
+    pub bank: Option<&'a [usize]>,
     /// The places that all methods map.
     pub mapped: Mapped,
     /// What they saw and didn't.
@@ -88,6 +93,23 @@ impl<'a> MethodContext<'a> {
         Ok(context)
     }
 
+    /// The methods of a bank whose sets are these models; `run` is that of each training place. Single snapshots are judged under ±2 m
+    /// and global priors alone.
+    ///
+    /// # Errors
+    /// As [`MethodContext::new`].
+    pub fn of_bank(
+        sets: &'a [&'a Model],
+        run: &'a [usize],
+        parts: &'a Parts<'a>,
+        config: &'a LocaliseConfig,
+    ) -> Result<Self> {
+        let mut context = Self::new(sets, parts, config)?;
+        context.priors.truncate(USUAL_PRIORS);
+        context.bank = Some(run);
+        Ok(context)
+    }
+
     /// The same without a model: methods over these places. Sensor models of one's own answer for the cells of
     /// [`grid`](Self::grid).
     ///
@@ -100,6 +122,7 @@ impl<'a> MethodContext<'a> {
         let cells = Arc::new(Neighbours::find(&mapped.places, grid.places(), nearness)?);
         Ok(Self {
             models: &[],
+            bank: None,
             mapped,
             parts,
             config,

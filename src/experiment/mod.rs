@@ -1,5 +1,6 @@
 //! Experiments: systems answer, and their answers are compared with the truth, which only this room has.
 
+mod bank_row;
 pub mod compare;
 pub mod convergence;
 pub mod end_success;

@@ -6,6 +6,8 @@
 //! objective are the paper's; they descend by conjugate gradients (5.1.4), which find in a hundred steps what momentum finds in
 //! ten thousand, and nothing stops them (note 3).
 
+mod bank;
+mod choosing;
 mod global;
 mod harder;
 mod readings;
@@ -14,6 +16,8 @@ mod set_record;
 #[cfg(test)]
 mod tests;
 
+pub use bank::{BankRecord, ShareOfBest, UsedRow};
+pub use choosing::ChoiceRecord;
 pub use global::{BeliefRecord, GlobalRecord, GlobalRow, Moment};
 pub use harder::HarderRecord;
 pub use readings::ReadingsRecord;
@@ -62,6 +66,10 @@ pub struct Thrun1998Config {
     pub doubled: bool,
     /// Whether guesses are tried at why the corridor is easier than the paper's.
     pub harder: bool,
+    /// Runs of the first data set in which a bank of filters is tried, each judged on in turn; 0: it is not tried.
+    pub bank_runs: usize,
+    /// Worlds in which is tried what a robot should do so as to find out where it is; 0: it is not tried.
+    pub choice_seeds: usize,
 }
 
 impl Default for Thrun1998Config {
@@ -74,6 +82,8 @@ impl Default for Thrun1998Config {
             trials: 35,
             doubled: true,
             harder: true,
+            bank_runs: 4,
+            choice_seeds: 30,
         }
     }
 }
@@ -88,6 +98,8 @@ impl Thrun1998Config {
             trials: 8,
             doubled: false,
             harder: false,
+            bank_runs: 2,
+            choice_seeds: 2,
             ..self
         }
     }
@@ -120,6 +132,9 @@ impl Thrun1998Config {
                 "runs",
                 "2 or more: one to be judged on, the others to learn from",
             );
+        }
+        if self.bank_runs == 1 {
+            return wrong("bank_runs", "0, or 2 or more");
         }
         if self.steps == 0 || self.trials == 0 {
             return wrong("steps, thrun1998.trials", "1 or more of each");
@@ -166,12 +181,17 @@ pub struct Thrun1998Record {
     pub readings: Option<ReadingsRecord>,
     /// The first data set in corridors that are harder in some way.
     pub harder: Vec<HarderRecord>,
+    /// A bank of filters in the first data set.
+    #[serde(default)]
+    pub bank: Option<BankRecord>,
+    /// What a robot should do so as to find out where it is.
+    #[serde(default)]
+    pub choices: Vec<ChoiceRecord>,
 }
 
 /// The priors of T98 5.1.7: ±1, 2, 5, 10 and 50 m, and no idea at all (±89 m).
 pub fn priors() -> Vec<Uncertainty> {
-    let windows = [1.0, 2.0, 5.0, 10.0, 50.0].map(window);
-    windows.into_iter().chain([Uncertainty::Global]).collect()
+    Uncertainty::of_a_bank().to_vec()
 }
 
 /// The prior of T98 Table 3 and Fig. 4: ±2 m.
@@ -204,7 +224,11 @@ pub fn run(
 ) -> Result<Thrun1998Record> {
     config.check()?;
     let guesses = if config.harder { harder::COUNT } else { 0 };
-    let parts = config.sets.len() * (config.runs + 1) + usize::from(config.doubled) + guesses;
+    let parts = config.sets.len() * (config.runs + 1)
+        + usize::from(config.doubled)
+        + guesses
+        + config.bank_runs
+        + config.choice_seeds;
     let mut done = 0;
     let mut next = |what: &str| {
         progress(done, parts, what);
@@ -218,6 +242,8 @@ pub fn run(
         belief: None,
         readings: None,
         harder: Vec::new(),
+        bank: None,
+        choices: Vec::new(),
     };
     for (number, set) in config.sets.iter().enumerate() {
         next(&format!("simulating {set}"));
@@ -263,6 +289,10 @@ pub fn run(
             .harder
             .extend(harder::harder(config, &config.sets[0], number)?);
     }
+    if config.bank_runs > 0 {
+        record.bank = Some(bank::tried(config, &config.sets[0], &mut next)?);
+    }
+    record.choices = choosing::tried(config, &mut next)?;
     Ok(record)
 }
 

@@ -55,6 +55,19 @@ impl<'a> BayesLocaliser<'a> {
         Ok(self.filter.belief())
     }
 
+    /// The belief of the moment before the sensors of the next observation speak: what [`observe`](Self::observe) would hold against
+    /// them.
+    ///
+    /// # Errors
+    /// Where the odometry is no movement.
+    pub fn predicted(&self, observation: &Observation) -> Result<Belief> {
+        let mut ahead = self.filter.clone();
+        if let Some(last) = self.last {
+            ahead.predict(&last.displacement_to(&observation.odometry))?;
+        }
+        Ok(ahead.belief().clone())
+    }
+
     /// What a localiser says after each snapshot of a trial: places at `sites` of the grid, with their probabilities.
     ///
     /// # Errors

@@ -17,7 +17,7 @@ pub(super) struct Arrays {
     by_name: BTreeMap<String, Values>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) enum Values {
     U8(ArrayD<u8>),
     F32(ArrayD<f32>),
@@ -53,6 +53,14 @@ impl Arrays {
 
     pub(super) fn put_f64(&mut self, name: &str, values: ArrayD<f64>) {
         self.by_name.insert(name.to_string(), Values::F64(values));
+    }
+
+    pub(super) fn put(&mut self, name: &str, values: Values) {
+        self.by_name.insert(name.to_string(), values);
+    }
+
+    pub(super) fn into_all(self) -> impl Iterator<Item = (String, Values)> {
+        self.by_name.into_iter()
     }
 
     pub(super) fn all(&self) -> impl Iterator<Item = (&String, &Values)> {

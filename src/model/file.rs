@@ -1,6 +1,10 @@
 //! Models as files: read and written whole, in either container.
 
-use super::{arrays::EXPECTED, layout, npz, safetensors, trained_model::Model};
+use super::{
+    arrays::{Arrays, EXPECTED},
+    layout, npz, safetensors,
+    trained_model::Model,
+};
 use crate::{
     error::{Error, Result},
     storage,
@@ -21,17 +25,7 @@ impl Model {
     /// # Errors
     /// As [`Model::read`].
     pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
-        if bytes.is_empty() {
-            return Err(Error::file(
-                path,
-                format!("the file is empty; expected {}", EXPECTED),
-            ));
-        }
-        let (meta, arrays) = if bytes.starts_with(b"PK") {
-            npz::read(path, bytes)?
-        } else {
-            safetensors::read(path, bytes)?
-        };
+        let (meta, arrays) = contents(path, bytes)?;
         layout::model(path, &meta, &arrays)
     }
 
@@ -55,15 +49,33 @@ impl Model {
     /// # Errors
     /// Where the ending is neither `.safetensors` nor `.npz` (a wrong call), or the file can't be written.
     pub fn write(&self, path: &Path) -> Result<()> {
-        Self::check_name(path)?;
-        if path.extension().is_some_and(|e| e == "npz") {
-            npz::write(path, &self.meta()?, &layout::arrays(self, path))
-        } else {
-            safetensors::write(path, &self.meta()?, &layout::arrays(self, path))
-        }
+        put_down(path, &self.meta()?, &layout::arrays(self, path))
     }
 
     pub(super) fn meta(&self) -> Result<String> {
         serde_json::to_string(&self.header).map_err(|e| Error::work(format!("model header: {e}")))
+    }
+}
+
+/// JSON and arrays of a file in either container.
+pub(super) fn contents(path: &Path, bytes: &[u8]) -> Result<(String, Arrays)> {
+    if bytes.is_empty() {
+        return Err(Error::file(
+            path,
+            format!("the file is empty; expected {EXPECTED}"),
+        ));
+    }
+    match bytes.starts_with(b"PK") {
+        true => npz::read(path, bytes),
+        false => safetensors::read(path, bytes),
+    }
+}
+
+/// Writes JSON and arrays, whole or not at all, in the container that the file name's ending says.
+pub(super) fn put_down(path: &Path, meta: &str, arrays: &Arrays) -> Result<()> {
+    Model::check_name(path)?;
+    match path.extension().is_some_and(|e| e == "npz") {
+        true => npz::write(path, meta, arrays),
+        false => safetensors::write(path, meta, arrays),
     }
 }

@@ -70,6 +70,12 @@ pub(super) fn model(path: &Path, meta: &str, arrays: &Arrays) -> Result<Model> {
     let in_header = |fault: String| Error::input(path, "header", fault);
     let no_model = |e: serde_json::Error| in_header(format!("{e}; expected the JSON of a model"));
     let mut meta: Value = serde_json::from_str(meta).map_err(no_model)?;
+    if let Some(sets) = meta.get("bank").and_then(Value::as_array) {
+        return Err(in_header(format!(
+            "a bank of {} sets of filters (train --uncertainty bank); expected a single model",
+            sets.len()
+        )));
+    }
     without_later_keys(&mut meta);
     let mut header: Header = serde_json::from_value(meta).map_err(no_model)?;
     let checked = header.recipe.check();

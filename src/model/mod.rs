@@ -17,9 +17,12 @@
 //! | `map.activation` | `[K, n]` f32 | raw activations there |
 //! | `map.occupancy` | `[rows, columns]` u8 | from the south-west: 0 free, 100 occupied, 255 unknown; where scans are rendered |
 //!
+//! Several sets for several uncertainties are a [`ModelBank`]: a set's arrays stand behind `set.{uncertainty}.`.
+//!
 //! The JSON (metadata key `ballmark`, array `meta` in `.npz`) holds [`Header`].
 
 mod arrays;
+mod bank;
 mod fallback;
 mod file;
 mod header;
@@ -36,6 +39,7 @@ mod trained_model;
 mod training;
 mod visits;
 
+pub use bank::{ModelBank, held_apart};
 pub use header::{Header, OccupancyHeader, Scores, TrainingRecord};
 pub use note::Note;
 pub use report::TrainingReport;

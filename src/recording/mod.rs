@@ -300,6 +300,13 @@ impl Recording {
         travelled
     }
 
+    /// The run that each of some snapshots is of, counted from 0.
+    pub fn run_numbers(&self, snapshots: &[usize]) -> Vec<usize> {
+        let runs = self.runs();
+        let of = |&k: &usize| runs.partition_point(|run| run.end <= k);
+        snapshots.iter().map(of).collect()
+    }
+
     /// Metres travelled in all runs together, by the true poses.
     pub fn path_m(&self) -> f64 {
         let travelled_m = self.travelled_m();

@@ -1,5 +1,7 @@
 //! The figures of Thrun (1998), ours beside what is printed.
 
+mod bank;
+mod choices;
 mod for_programs;
 mod global;
 mod pictures;
@@ -18,6 +20,8 @@ use crate::{
     },
     score::MeanInterval,
 };
+use bank::bank;
+use choices::choices;
 use for_programs::{all_errors, all_reductions};
 use global::{figure_6, readings};
 
@@ -44,6 +48,8 @@ pub fn sheets(record: &Thrun1998Record) -> Vec<Sheet> {
     ];
     sheets.extend(readings(record));
     sheets.extend(harder(record));
+    sheets.extend(bank(record));
+    sheets.extend(choices(record));
     sheets.push(all_reductions(record));
     sheets.push(all_errors(record));
     sheets

@@ -1,5 +1,6 @@
 //! The real binary, called as a user calls it: one test binary for all commands.
 
+mod bank;
 mod camera_views;
 mod compare;
 mod compare_localisation;

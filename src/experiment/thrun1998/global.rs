@@ -7,7 +7,7 @@ use crate::{
     experiment::{
         convergence::SURE_WITHIN_M,
         learned_row::{Rounded, learned_features},
-        localisation::play,
+        localisation::{Record, play},
         localise_config::LocaliseConfig,
         method::{AnswersBy, Method},
         methods::MethodContext,
@@ -125,7 +125,11 @@ impl Corridor {
             )?));
         }
         methods.push(ball(&context)?);
-        let record = play(&context, methods, &mut |_| ())?;
+        self.take(&play(&context, methods, &mut |_| ())?)
+    }
+
+    /// Takes in the mean errors of one run.
+    pub fn take(&mut self, record: &Record) -> Result<()> {
         if let Some(left_out) = record.left_out.first() {
             return Err(Error::work(left_out.fault.clone()).context(&left_out.name));
         }
@@ -165,6 +169,38 @@ impl Corridor {
             }
         };
         self.approaches.iter().enumerate().map(of).collect()
+    }
+
+    /// Runs that were judged on.
+    pub fn runs(&self) -> usize {
+        self.errors_m.values().map(Vec::len).max().unwrap_or(0)
+    }
+
+    /// Where each approach's mean error over some of the runs, each as often as it is named, passes 1 m: between the rows of the
+    /// curve on a straight line.
+    pub fn passes_1m_at_m(&self, runs: &[usize]) -> Vec<(String, Option<f64>)> {
+        let mean_m = |errors: &Vec<f64>| {
+            let of_runs = runs.iter().filter_map(|&run| errors.get(run));
+            of_runs.sum::<f64>() / runs.len().max(1) as f64
+        };
+        let passes = |number: usize| {
+            let mut before: Option<(f64, f64)> = None;
+            for ((_, step), errors) in self.errors_m.range((number, 0)..(number + 1, 0)) {
+                let (at_m, error_m) = (*step as f64 * SPACING_M, mean_m(errors));
+                if error_m < SURE_WITHIN_M {
+                    return Some(before.map_or(at_m, |(before_m, above_m)| {
+                        before_m
+                            + (at_m - before_m) * (above_m - SURE_WITHIN_M) / (above_m - error_m)
+                    }));
+                }
+                before = Some((at_m, error_m));
+            }
+            None
+        };
+        let approaches = self.approaches.iter().enumerate();
+        approaches
+            .map(|(number, name)| (name.clone(), passes(number)))
+            .collect()
     }
 
     /// Readings that learned features take until the mean error is below 1 m.
@@ -229,14 +265,14 @@ fn ball<'a>(context: &MethodContext<'a>) -> Result<Method<'a>> {
 }
 
 /// Evidence as it is, as in T98.
-fn at_its_word(method: Method<'_>) -> Method<'_> {
+pub(super) fn at_its_word(method: Method<'_>) -> Method<'_> {
     Method {
         evidence_scale: Some(1.0),
         ..method
     }
 }
 
-fn parts<'a>(fold: &'a Fold) -> Parts<'a> {
+pub(super) fn parts<'a>(fold: &'a Fold) -> Parts<'a> {
     Parts {
         run: fold.recording,
         places: fold.places.clone(),
@@ -251,7 +287,7 @@ fn parts<'a>(fold: &'a Fold) -> Parts<'a> {
 }
 
 /// Every trial goes all the way, so that the same trials make each point of a curve.
-fn localise_config(config: &Thrun1998Config) -> LocaliseConfig {
+pub(super) fn localise_config(config: &Thrun1998Config) -> LocaliseConfig {
     LocaliseConfig {
         seed: Some(config.seed),
         trials: config.trials,

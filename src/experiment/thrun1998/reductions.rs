@@ -63,6 +63,17 @@ impl<'a> Fold<'a> {
         Self::trained(config, recording, set, tested, local)
     }
 
+    /// Trains four features for every prior.
+    pub fn bank(
+        config: &Thrun1998Config,
+        recording: &'a Recording,
+        set: &str,
+        tested: usize,
+    ) -> Result<Self> {
+        let of_each = priors().into_iter().map(|prior| (MOST_FEATURES, prior));
+        Self::trained(config, recording, set, tested, of_each)
+    }
+
     /// Trains one and four features for ±2 m.
     pub fn one_and_four(
         config: &Thrun1998Config,

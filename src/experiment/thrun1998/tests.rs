@@ -13,7 +13,7 @@ fn all_that_is_reported_is_there_at_toy_size_and_the_same_again() {
         calls.push((done, all, what.to_string()))
     })
     .unwrap();
-    assert_eq!(calls.len(), 4);
+    assert_eq!(calls.len(), 4 + config.bank_runs + config.choice_seeds);
     assert!(calls.iter().all(|(done, all, _)| done < all));
     let set = &record.sets[0];
     // Doors and the kernel under six priors, one feature for each, two and three for ±2 m, four of them judged under all.
@@ -63,7 +63,55 @@ fn all_that_is_reported_is_there_at_toy_size_and_the_same_again() {
     let readings = record.readings.as_ref().unwrap();
     assert!(readings.readings > 1.0 && readings.predicted_by_error > readings.readings);
     assert!(readings.found_in_doubled.unwrap() > 1.0);
+    has_a_bank(record.bank.as_ref().unwrap());
+    has_choices(&record.choices);
     assert_eq!(run(&config, &mut |_, _, _| ()).unwrap(), record);
+}
+
+fn has_a_bank(bank: &BankRecord) {
+    let names: Vec<&str> = bank
+        .approaches
+        .iter()
+        .map(|a| a.approach.as_str())
+        .collect();
+    let sets = ["1m", "2m", "5m", "10m", "50m", "global"];
+    let banks = [
+        "bank_by_error",
+        "bank",
+        "bank_of_2",
+        "bank_of_3",
+        "all_sets",
+    ];
+    assert_eq!(names, [&sets[..], &banks[..]].concat());
+    let shares: Vec<&str> = bank.shares.iter().map(|s| s.approach.as_str()).collect();
+    assert_eq!(shares, banks);
+    let first = &bank.used[0].share;
+    assert!((first.values().sum::<f64>() - 1.0).abs() < 1e-9);
+    // Whatever is chosen by least expected error is best after the first reading, where all were asked by the same belief.
+    let after_first = |name: &str| {
+        let approach = bank.approaches.iter().find(|a| a.approach == name).unwrap();
+        approach.error_at_m(0.0).unwrap()
+    };
+    let least = sets
+        .map(after_first)
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    assert!((after_first("bank_by_error") - least).abs() < 0.2 * least);
+    assert!(after_first("all_sets") < after_first("bank"));
+}
+
+fn has_choices(choices: &[ChoiceRecord]) {
+    assert_eq!(choices.len(), 6);
+    for choice in choices {
+        assert_eq!(choice.seeds, 2);
+        let difference = choice.chosen_m.mean - choice.chance_m.mean;
+        assert!((choice.less_than_chance_m.mean - difference).abs() < 1e-9);
+        // A robot that is sure stays sure, wherever it goes.
+        assert!(
+            choice.question != "action_control" || choice.chosen_m.mean < 1.0,
+            "{choice:?}"
+        );
+    }
 }
 
 #[test]
@@ -96,6 +144,13 @@ fn what_makes_no_sense_is_named() {
                 ..Default::default()
             },
             "runs",
+        ),
+        (
+            Thrun1998Config {
+                bank_runs: 1,
+                ..Default::default()
+            },
+            "bank_runs",
         ),
         (
             Thrun1998Config {

@@ -275,3 +275,24 @@ fn the_objective_by_cells_is_near_the_exact_one_and_meets_it() {
         assert!((a - b).iter().all(|d| d.abs() < 1e-7));
     }
 }
+
+/// With a uniform belief, and the training snapshots as their own map, a robot expects what training minimises under the global prior.
+#[test]
+fn of_a_lost_robot_the_expected_error_is_the_objective() {
+    use crate::belief::{
+        Belief, GridMap,
+        expected_posterior_error::{Approximation, expected_posterior_error_m},
+    };
+    let places = Places::Route((0..40).map(|k| 0.5 * f64::from(k)).collect());
+    let mut stream = Seed(5).stream("map");
+    let g = Array2::from_shape_fn((40, 4), |_| stream.random::<f64>());
+    let prior = PriorOperator::new(Uncertainty::Global, &places, &places);
+    let weight = equal_weights(40);
+    let objective = evaluate(&prior, g.view(), g.view(), weight.view()).unwrap();
+    let map = GridMap::new(g).unwrap();
+    let lost = Belief::uniform(&std::sync::Arc::new(places)).unwrap();
+    let sums = Approximation::default();
+    let mut unused = Seed(1).stream("features");
+    let expected = expected_posterior_error_m(&lost, &map, &map, sums, &mut unused).unwrap();
+    assert!((expected - objective.posterior_error_m).abs() < 1e-12);
+}

@@ -38,6 +38,7 @@
 //! # Ok::<(), ballmark::Error>(())
 //! ```
 
+pub mod bank;
 pub mod beam_model;
 pub mod compass;
 pub mod every_pose;
@@ -48,6 +49,7 @@ pub mod learned;
 pub mod likelihood_field;
 pub mod signal_field;
 
+pub use bank::{Bank, BankChoice, BankSet, ChosenBy};
 pub use beam_model::{BeamModel, BeamModelConfig};
 pub use compass::Compass;
 pub use every_pose::{EveryPose, PreparedEveryPose};
