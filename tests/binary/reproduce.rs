@@ -46,6 +46,8 @@ fn thruns_figures_stand_beside_ours() {
         "held out",
         "Fig. 6: global localisation",
         "Readings for one bit",
+        "one set a step, by least expected error",
+        "which camera to mount",
     ] {
         assert!(text.contains(part), "`{part}` is missing in: {text}");
     }
