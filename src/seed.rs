@@ -38,4 +38,22 @@ impl Seed {
         hash.update(name.as_bytes());
         Stream::from_seed(hash.finalize().into())
     }
+
+    /// The seed that a part of the run has to itself, such as one of several environments: what is drawn from it has nothing
+    /// in common with what the other parts draw.
+    ///
+    /// ```
+    /// use ballmark::seed::Seed;
+    /// assert!(Seed(7).within("a") == Seed(7).within("a") && Seed(7).within("a") != Seed(7).within("b"));
+    /// ```
+    pub fn within(self, name: &str) -> Seed {
+        let mut hash = Sha256::new();
+        hash.update(self.0.to_le_bytes());
+        hash.update(b"within ");
+        hash.update(name.as_bytes());
+        let digest: [u8; 32] = hash.finalize().into();
+        let mut first = [0; 8];
+        first.copy_from_slice(&digest[..8]);
+        Seed(u64::from_le_bytes(first))
+    }
 }

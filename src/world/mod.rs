@@ -2,7 +2,7 @@
 //!
 //! Read in this order: a [`FloorPlan`] is made of walls, each of a material; [`wall_line`] opens doors in a wall; [`enclosure`] makes sure that the robot can't get out; a [`Raycaster`] says what a ray
 //! hits first; along such rays a [`Sonar`] ring hears echoes, an [`Infrared`] ring sees how much light comes back and a
-//! [`Laser`] measures; [`people`] get in their way; a [`Compass`] tells the heading, and [`turret_headings`] how a turret
+//! [`Laser`] measures; [`people`] get in their way; a [`Compass`] tells the heading, with its [`unsteadiness`], and [`turret_headings`] how a turret
 //! follows it; a [`Camera`] looks. A [`robot`] [drives](driving) a [`Route`], follows a wall or visits poses, and dead-reckons;
 //! [`building`] reads all of this from a file, walls also from a [`map_server`] map; [`simulation`] lets the robot drive
 //! run after run and records; [`corridor`] is Thrun's 89 metres. [`ExpectedRanges`] turn it round: what a robot with
@@ -33,6 +33,7 @@ pub mod sonar;
 mod surroundings;
 mod timed_path;
 mod turret;
+pub mod unsteadiness;
 mod visit;
 mod wall_following;
 pub mod wall_line;
@@ -56,5 +57,5 @@ pub use simulation::simulate;
 pub use sonar::{Sonar, SonarConfig};
 pub use surroundings::Surroundings;
 pub use timed_path::TimedPose;
-pub use turret::turret_headings;
+pub use turret::{Turret, turret_headings};
 pub use wall_line::{OpenDoor, Room, WallLine};

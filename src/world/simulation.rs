@@ -1,5 +1,6 @@
 //! From a building to a Recording: drive run after run, and record what the sensors say.
 
+mod clearance;
 mod drive;
 mod spacing;
 
@@ -9,7 +10,7 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    geometry::Pose,
+    geometry::{Pose, wrapped},
     recording::{Channel, Columns, Recording},
     seed::Seed,
 };
@@ -88,7 +89,7 @@ pub fn simulate(building: &Building, seed: Seed, choice: &Choice) -> Result<Reco
             seed.0
         ),
     };
-    record(seed, &drives, Some(source))
+    record((seed, seed.within(building.name())), &drives, Some(source))
 }
 
 /// Number of the first run that a choice picks, for [`Building::plan_of_run`].
@@ -173,8 +174,12 @@ impl Sensors {
     }
 }
 
-/// Reads the sensors at every stop.
-fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> Result<Recording> {
+/// Reads the sensors at every stop. The second of the seeds is the environment's own, which its compass is drawn from.
+fn record(
+    (seed, own): (Seed, Seed),
+    drives: &[(Drive, &Sensors)],
+    source: Option<String>,
+) -> Result<Recording> {
     let places: Vec<(usize, usize)> = drives
         .iter()
         .enumerate()
@@ -200,14 +205,15 @@ fn record(seed: Seed, drives: &[(Drive, &Sensors)], source: Option<String>) -> R
     // Runs of one recording have a compass all, or none; its distortion is the building's.
     let compasses = drives.iter().map(|(_, sensors)| sensors.compass.clone());
     let compasses: Option<Vec<Compass>> = compasses
-        .map(|config| config.map(|config| Compass::new(config, seed)).transpose())
+        .map(|config| config.map(|config| Compass::new(config, own)).transpose())
         .collect::<Result<_>>()?;
     let compass_rad = compasses.map(|compasses| {
         let each = places.iter().map(|&(run, stop)| {
             let drive = &drives[run].0;
             let number = drive.run << 32 | stop as u64;
-            let mut noise = seed.numbered_stream("world/compass/noise", number);
-            compasses[run].read(&drive.stops[stop].pose, &mut noise)
+            let mut noise = own.numbered_stream("world/compass/noise", number);
+            let read_rad = compasses[run].read(&drive.stops[stop].pose, &mut noise);
+            wrapped(read_rad + drive.unsteady_rad[stop])
         });
         each.collect()
     });

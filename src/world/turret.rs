@@ -6,6 +6,7 @@
 use super::{
     Compass, CompassConfig,
     timed_path::{TimedPath, TimedPose},
+    unsteadiness::Unsteadiness,
 };
 use crate::{
     error::{Error, Result},
@@ -13,18 +14,28 @@ use crate::{
 };
 use rand::Rng;
 
-/// The turret looks at its compass this often, seconds.
+/// The turret looks at its compass this often, seconds: a KVH C-100 measures ten times a second.
 const LOOK_S: f64 = 0.1;
 
-/// The true heading of the turret at each pose of a path, radians in (−π, π], `[pose]`. It starts where the compass has
+/// A turret at one pose of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turret {
+    /// Its true heading, radians in (−π, π].
+    pub heading_rad: f64,
+    /// How far its compass's [unsteadiness](Unsteadiness) turns a reading counter-clockwise just then, radians.
+    pub unsteady_rad: f64,
+}
+
+/// Where the turret looks at each pose of a path, `[pose]`. It starts where the compass has
 /// north; the poses' headings, those of the base, play no part.
 ///
 /// ```
 /// use ballmark::{geometry::Pose, seed::Seed, world::{turret_headings, Compass, CompassConfig, TimedPose}};
-/// let compass = Compass::new(CompassConfig { distortion_sd_rad: 0.0, noise_rad: 0.0, ..Default::default() }, Seed(1))?;
+/// let config = CompassConfig { distortion_sd_rad: 0.0, ..CompassConfig::default().steady() };
+/// let compass = Compass::new(config, Seed(1))?;
 /// let path = [0.0, 1.0, 2.0].map(|x_m| TimedPose { stamp_s: 8.0 * x_m, pose: Pose::new(x_m, 0.0, x_m) });
-/// let headings = turret_headings(&compass, &path, &mut Seed(1).stream("turret"))?;
-/// assert!(headings.iter().all(|heading_rad| (heading_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12)); // north
+/// let turrets = turret_headings(&compass, &path, &mut Seed(1).stream("turret"))?;
+/// assert!(turrets.iter().all(|turret| (turret.heading_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12)); // north
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 ///
@@ -34,30 +45,41 @@ pub fn turret_headings(
     compass: &Compass,
     path: &[TimedPose],
     random: &mut impl Rng,
-) -> Result<Vec<f64>> {
+) -> Result<Vec<Turret>> {
     let timed = TimedPath::new(path)
         .ok_or_else(|| Error::work("turret: expected a path of finite poses, in their order"))?;
     let config = compass.config();
     let start = path[0].pose; // a path has a pose
-    let mut heading_rad = wrapped(config.north_rad - compass.distortion_rad(&start));
+    let mut unsteadiness = Unsteadiness::draw(config, random);
+    let read_rad = |place: Pose, heading_rad, unsteady_rad: f64, random: &mut _| {
+        let turret = Pose {
+            heading_rad,
+            ..place
+        };
+        compass.read(&turret, random) + unsteady_rad
+    };
+    let unsteady_rad = unsteadiness.error_rad(config);
+    let mut heading_rad = wrapped(config.north_rad - compass.distortion_rad(&start) - unsteady_rad);
     let mut now_s = path[0].stamp_s;
-    let mut headings = Vec::with_capacity(path.len());
+    let mut turrets = Vec::with_capacity(path.len());
     for next in path {
         let span_s = next.stamp_s - now_s;
         let looks = (span_s / LOOK_S).ceil();
         for look in 1..=looks as usize {
             let (place, _) = timed.at_time(now_s + span_s * look as f64 / looks);
-            let turret = Pose {
-                heading_rad,
-                ..place
-            };
-            let error_rad = wrapped(config.north_rad - compass.read(&turret, random));
+            unsteadiness.pass(config, span_s / looks, random);
+            let unsteady_rad = unsteadiness.error_rad(config);
+            let read_rad = read_rad(place, heading_rad, unsteady_rad, random);
+            let error_rad = wrapped(config.north_rad - read_rad);
             heading_rad = wrapped(heading_rad + turn_rad(config, error_rad, span_s / looks));
         }
         now_s = next.stamp_s;
-        headings.push(heading_rad);
+        turrets.push(Turret {
+            heading_rad,
+            unsteady_rad: unsteadiness.error_rad(config),
+        });
     }
-    Ok(headings)
+    Ok(turrets)
 }
 
 /// How far the turret turns within a time to undo an error: as a first-order lag does, up to its greatest speed.
@@ -92,7 +114,9 @@ mod tests {
             })
             .collect();
         let headings = turret_headings(&compass, &path, &mut Seed(5).stream("turret")).unwrap();
-        let turret = headings.iter().map(|h| wrapped(h - config.north_rad));
+        let turret = headings
+            .iter()
+            .map(|turret| wrapped(turret.heading_rad - config.north_rad));
         let bare = path
             .iter()
             .map(|timed| -compass.distortion_rad(&timed.pose));
@@ -109,9 +133,9 @@ mod tests {
     #[test]
     fn the_turret_follows_the_wide_variations_and_smooths_out_the_local_ones() {
         let quiet = |correlation_m| CompassConfig {
-            noise_rad: 0.0,
+            distortion_sd_rad: 0.15,
             correlation_m,
-            ..CompassConfig::default()
+            ..CompassConfig::default().steady()
         };
         // Over 8 m the field turns slower than the turret: it lags by 0.6 m at most.
         let (turret, bare) = deviations(quiet(8.0));
@@ -125,12 +149,39 @@ mod tests {
     fn noise_of_the_compass_is_averaged() {
         let (turret, _) = deviations(CompassConfig {
             distortion_sd_rad: 0.0,
-            ..CompassConfig::default()
+            noise_rad: 0.02,
+            ..CompassConfig::default().steady()
         });
         let settled = &turret[50..];
         let sd = (settled.iter().map(|d| d * d).sum::<f64>() / settled.len() as f64).sqrt();
         // A lag with share a = 1 − e^(−0.1/5) a look has variance a / (2 − a) of the noise: 0.02 · 0.0999 = 0.0020.
         assert!((sd - 0.0020).abs() < 0.0005, "{sd}");
+    }
+
+    #[test]
+    fn a_sway_shorter_than_the_turrets_lag_is_smoothed_a_slow_error_is_not() {
+        let sd = |config: CompassConfig| {
+            let (turret, _) = deviations(CompassConfig {
+                distortion_sd_rad: 0.0,
+                ..config
+            });
+            (turret.iter().map(|d| d * d).sum::<f64>() / turret.len() as f64).sqrt()
+        };
+        let steady = || CompassConfig::default().steady();
+        // A lag of 5 s leaves τ / (τ + 5 s) of the variance of a process of correlation time τ.
+        let sway = sd(CompassConfig {
+            tilt_sd_rad: 0.0087,
+            ..steady()
+        });
+        let expected = 0.0087 * 2.498 * (1.0_f64 / 6.0).sqrt();
+        assert!((sway / expected - 1.0).abs() < 0.2, "{sway} {expected}");
+        let drift = sd(CompassConfig {
+            drift_sd_rad: 0.02,
+            drift_time_s: 20.0,
+            ..steady()
+        });
+        let expected = 0.02 * (20.0_f64 / 25.0).sqrt();
+        assert!((drift / expected - 1.0).abs() < 0.3, "{drift} {expected}");
     }
 
     #[test]

@@ -1,6 +1,10 @@
 //! Driving the runs of a set through a building: which way, past whom, and where the robot stops.
 
-use super::{PAUSE_S, spacing::spacings};
+use super::{
+    PAUSE_S,
+    clearance::{check_clear, check_start, in_run},
+    spacing::spacings,
+};
 use crate::{
     error::{Error, Result},
     geometry::Pose,
@@ -10,14 +14,13 @@ use crate::{
         TimedPose, Wall,
         building::{Journey, MAX_SNAPSHOTS, RunSet},
         driving::RouteWay,
-        enclosure::check_enclosed,
         turret_headings,
+        unsteadiness::Unsteadiness,
         visit::visit,
         wall_following::{Round, WallWay},
         way::{Halt, Way, halts, reckoned, travelled_m},
     },
 };
-use nalgebra::Point2;
 use rayon::prelude::*;
 
 /// Walls that begin this high above the floor don't block robots or people, metres.
@@ -39,6 +42,8 @@ pub(super) struct Drive {
     later: (RunScene, Raycaster),
     people: Option<People>,
     pub(super) stops: Vec<Stop>,
+    /// How far the compass's unsteadiness turns its reading at each stop, radians; empty without a compass.
+    pub(super) unsteady_rad: Vec<f64>,
     /// The first stop at which the robot no longer maps.
     mapped_at: usize,
     /// When it began, on the recording's clock, seconds.
@@ -165,7 +170,7 @@ pub(super) fn drive_set(
     })?;
     let mut start_s = start_s;
     let drives = settings.into_iter().zip(finished);
-    let drives = drives.map(|(setting, (stops, people, mapped_at))| {
+    let drives = drives.map(|(setting, finished)| {
         let with_caster = |scene: RunScene| {
             let caster = Raycaster::new(scene.plan.clone());
             (scene, caster)
@@ -174,9 +179,10 @@ pub(super) fn drive_set(
             run: setting.run,
             mapping: setting.mapping.map(with_caster),
             later: with_caster(setting.later),
-            people,
-            stops,
-            mapped_at,
+            people: finished.people,
+            stops: finished.stops,
+            unsteady_rad: finished.unsteady_rad,
+            mapped_at: finished.mapped_at,
             start_s,
         };
         start_s = drive.end_s() + PAUSE_S;
@@ -198,7 +204,7 @@ fn along_ways(
     let round = match (journey, settings.first()) {
         (Journey::Wall(following), Some(setting)) => {
             let plan = obstacles(&building.plan_while_mapping(seed, setting.run)?)?;
-            check_start(&plan, setting, &following.start, robot.radius_m)?;
+            check_start(&plan, setting.run, &following.start, robot.radius_m)?;
             Some(Round::drive(&Raycaster::new(plan), following, robot)?)
         }
         _ => None,
@@ -235,8 +241,8 @@ fn along_ways(
                     false => *following,
                 };
                 let caster_at = |laps| setting.obstacles_after(laps);
-                let way =
-                    WallWay::drive((seed, run), caster_at, &following, round, set.laps, robot);
+                let own = own_seed(building, seed, set);
+                let way = WallWay::drive((own, run), caster_at, &following, round, set.laps, robot);
                 Box::new(way.map_err(|fault| in_run(fault, run))?)
             }
             (
@@ -300,6 +306,14 @@ pub(super) fn each_run<I: IndexedParallelIterator, T: Send>(
     all.into_iter().collect()
 }
 
+/// What is known once a run is driven.
+struct Finished {
+    stops: Vec<Stop>,
+    unsteady_rad: Vec<f64>,
+    people: Option<People>,
+    mapped_at: usize,
+}
+
 /// What is left once the stops are known: who comes, where the turret looks, and what odometry says.
 fn finish(
     building: &Building,
@@ -307,7 +321,7 @@ fn finish(
     set: &RunSet,
     setting: &Setting,
     driven: &Driven,
-) -> Result<(Vec<Stop>, Option<People>, usize)> {
+) -> Result<Finished> {
     let (robot, halts) = (building.robot(), &driven.halts[..]);
     let mapped_at = halts.partition_point(|halt| halt.laps < setting.map_laps);
     let people = match building.people() {
@@ -325,19 +339,47 @@ fn finish(
         }
         _ => None,
     };
-    let turret = match &set.sensors.compass {
+    let own = own_seed(building, seed, set);
+    let mut random = own.numbered_stream("world/turret", setting.run);
+    let (mut turret, mut unsteady_rad) = (None, Vec::new());
+    match &set.sensors.compass {
         Some(config) if building.turret_north() && !halts.is_empty() => {
-            let compass = Compass::new(config.clone(), seed)?;
-            let mut random = seed.numbered_stream("world/turret", setting.run);
-            let headings_rad = turret_headings(&compass, &timed(halts), &mut random)?;
-            Some((headings_rad, config.north_rad))
+            let compass = Compass::new(config.clone(), own)?;
+            let turrets = turret_headings(&compass, &timed(halts), &mut random)?;
+            unsteady_rad = turrets.iter().map(|turret| turret.unsteady_rad).collect();
+            let headings_rad: Vec<f64> = turrets.iter().map(|turret| turret.heading_rad).collect();
+            turret = Some((headings_rad, config.north_rad));
         }
-        _ => None,
-    };
+        Some(config) => {
+            let mut unsteadiness = Unsteadiness::draw(config, &mut random);
+            let mut now_s = 0.0;
+            unsteady_rad.extend(halts.iter().map(|halt| {
+                unsteadiness.pass(config, halt.stamp_s - now_s, &mut random);
+                now_s = halt.stamp_s;
+                unsteadiness.error_rad(config)
+            }));
+        }
+        None => {}
+    }
     let turret = turret.as_ref();
     let turret = turret.map(|(headings_rad, north_rad)| (&headings_rad[..], *north_rad));
-    let stops = reckoned(seed, setting.run, &robot.odometry, halts, turret);
-    Ok((stops, people, mapped_at))
+    let stops = reckoned(own, setting.run, &robot.odometry, halts, turret);
+    Ok(Finished {
+        stops,
+        unsteady_rad,
+        people,
+        mapped_at,
+    })
+}
+
+/// What a robot's odometry and compass, and its way along a wall, are drawn from. A robot with a compass draws anew in each
+/// environment, or one draw would serve all that a comparison lines up; one without keeps to the run's own seed, as its recordings
+/// always did.
+pub(super) fn own_seed(building: &Building, seed: Seed, set: &RunSet) -> Seed {
+    match set.sensors.compass {
+        Some(_) => seed.within(building.name()),
+        None => seed,
+    }
 }
 
 /// Watches over a run: at its first pose whether the robot stands free and can't get out, from then on whether it hits
@@ -348,45 +390,10 @@ fn guard(setting: &Setting, radius_m: f64) -> impl FnMut(&Pose, f64, f64) -> Res
         if !std::mem::replace(&mut started, true) {
             let (before, after) = &setting.obstacles;
             for plan in before.iter().chain([after]).map(Raycaster::plan) {
-                check_start(plan, setting, pose, radius_m)?;
+                check_start(plan, setting.run, pose, radius_m)?;
             }
         }
         let plan = setting.obstacles_after(laps).plan();
         check_clear(plan, pose, route_m, radius_m)
     }
-}
-
-/// Makes sure that the robot starts in the free and can't get out.
-fn check_start(plan: &FloorPlan, setting: &Setting, pose: &Pose, radius_m: f64) -> Result<()> {
-    check_enclosed(plan, &place(pose), radius_m).map_err(|fault| in_run(fault, setting.run))
-}
-
-/// A fault of a run, its number put before it once; that of the call stays as it is.
-pub(super) fn in_run(fault: Error, run: u64) -> Error {
-    let message = fault.to_string();
-    if fault.is_usage() || message.starts_with("run ") {
-        fault
-    } else {
-        Error::work(format!("run {run}: {message}"))
-    }
-}
-
-/// Makes sure that the robot at a pose is clear of the walls.
-pub(super) fn check_clear(
-    plan: &FloorPlan,
-    pose: &Pose,
-    route_m: f64,
-    radius_m: f64,
-) -> Result<()> {
-    if plan.clearance_m(&place(pose)) < radius_m {
-        return Err(Error::work(format!(
-            "robot: hits a wall {route_m:.2} m along the route, near ({:.2}, {:.2}); expected {radius_m} m of free space around it",
-            pose.x_m, pose.y_m
-        )));
-    }
-    Ok(())
-}
-
-pub(super) fn place(pose: &Pose) -> Point2<f64> {
-    Point2::new(pose.x_m, pose.y_m)
 }

@@ -212,8 +212,7 @@ fn channels_stand_side_by_side_and_one_more_changes_none_of_the_others() {
 
 #[test]
 fn a_turret_held_north_looks_north_wherever_the_robot_goes() {
-    let robot =
-        "[robot]\nkind = \"nomad200\"\n[compass]\ndistortion_sd_rad = 0.0\nnoise_rad = 0.0\n";
+    let robot = "[robot]\nkind = \"nomad200\"\n[compass]\ndistortion_sd_rad = 0.0\nnoise_rad = 0.0\ntilt_sd_rad = 0.0\ndrift_sd_rad = 0.0\n";
     let recording = recorded(&hall(&format!("{robot}{ROUND}[record]\nevery_s = 1\n")));
     let north = std::f64::consts::FRAC_PI_2;
     let columns = recording.columns();
