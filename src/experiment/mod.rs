@@ -22,6 +22,7 @@ mod maps;
 pub mod method;
 mod method_localiser;
 pub mod methods;
+pub mod over_seeds;
 pub mod paired_trials;
 pub mod parts;
 pub mod printed;

@@ -50,4 +50,23 @@ impl MeanInterval {
             count: values.len(),
         })
     }
+
+    /// Half of the 95 % interval; none of a single value.
+    pub fn half(&self) -> Option<f64> {
+        self.ci95.map(|[low, high]| (high - low) / 2.0)
+    }
+
+    /// Where one more value like these falls in 95 of 100 cases: mean ± t_{0.975, n−1} s √(1 + 1/n). It says whether somebody else's
+    /// single value may be one of the same kind, which the interval of the mean does not.
+    ///
+    /// ```
+    /// use ballmark::score::MeanInterval;
+    /// let [low, high] = MeanInterval::of(&[0.40, 0.44, 0.38, 0.42]).unwrap().one_more().unwrap();
+    /// // 3.182 · .02582 · √1.25 = .0919
+    /// assert!((low - 0.3181).abs() < 1e-4 && (high - 0.5019).abs() < 1e-4);
+    /// ```
+    pub fn one_more(&self) -> Option<[f64; 2]> {
+        let half = self.half()? * (self.count as f64 + 1.0).sqrt();
+        Some([self.mean - half, self.mean + half])
+    }
 }

@@ -19,6 +19,13 @@ pub struct RobotConfig {
     pub lateral_limit_m: f64,
     /// Standard deviation of the heading around the way actually driven, radians, anew at each snapshot.
     pub heading_sd_rad: f64,
+    /// Wall following: time between two looks at the wall, seconds; what is measured holds until the next. 0: it looks every two
+    /// centimetres.
+    pub look_s: f64,
+    /// Standard deviation of the distance to the wall as it is measured at a look, metres.
+    pub look_range_sd_m: f64,
+    /// Standard deviation of the direction in which the wall is nearest, as it is measured at a look, radians.
+    pub look_bearing_sd_rad: f64,
     /// Runs start up to this far along the route, metres.
     pub start_scatter_m: f64,
     /// How its odometry drifts.
@@ -33,6 +40,9 @@ impl Default for RobotConfig {
             lateral_sd_m: 0.12,
             lateral_limit_m: 0.4,
             heading_sd_rad: 0.05,
+            look_s: 0.0,
+            look_range_sd_m: 0.0,
+            look_bearing_sd_rad: 0.0,
             start_scatter_m: 0.25,
             odometry: OdometryConfig::default(),
         }
@@ -67,6 +77,9 @@ impl RobotConfig {
         bounds.not_negative(&[
             ("lateral_sd_m", self.lateral_sd_m),
             ("heading_sd_rad", self.heading_sd_rad),
+            ("look_s", self.look_s),
+            ("look_range_sd_m", self.look_range_sd_m),
+            ("look_bearing_sd_rad", self.look_bearing_sd_rad),
             ("start_scatter_m", self.start_scatter_m),
         ])?;
         // Slower, a second's time is no step at all; a start farther off is none on any way.

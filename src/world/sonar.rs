@@ -3,6 +3,7 @@
 mod config;
 mod crosstalk;
 mod echo;
+mod loudness;
 mod nearest;
 #[cfg(test)]
 mod tests;
@@ -24,7 +25,7 @@ use std::f64::consts::TAU;
 /// A ring of sonars whose constants have been checked.
 ///
 /// Surfaces are mirrors beyond their critical angle; right-angled corners throw sound back to the sender (Kuc & Siegel
-/// 1987). A sonar reports the nearest echo of its cone, its own or, where several fire in turn, another's.
+/// 1987). Near the threshold echoes come and go, where the constants say so. A sonar reports the nearest echo of its cone, its own or, where several fire in turn, another's.
 ///
 /// ```
 /// use ballmark::{geometry::Pose, world::{floor_plan::round, FloorPlan, Material, Raycaster, Sonar, SonarConfig}};
@@ -129,7 +130,10 @@ impl Sonar {
                 .zip(&chances)
                 .map(|(beam, chance)| {
                     let aside_rad = chance.aside_normal * self.config.axis_sd_rad;
-                    self.transducer(pose, beam * sets + set, aside_rad)
+                    Transducer {
+                        fade_db: self.fade_db(random),
+                        ..self.transducer(pose, beam * sets + set, aside_rad)
+                    }
                 })
                 .collect();
             let mut echoes_m: Vec<Option<f64>> = ring
@@ -151,6 +155,17 @@ impl Sonar {
     /// The nearest echo of its own that makes a reading, without noise, in metres from the transducer.
     pub fn echo_m(&self, around: &Surroundings, pose: &Pose, value: usize) -> Option<f64> {
         self.nearest_m(around, &self.transducer(pose, value, 0.0))
+    }
+
+    /// How much louder than usual a reading's echoes are, dB. Where nothing fades, nothing is drawn either.
+    fn fade_db(&self, random: &mut impl Rng) -> f64 {
+        match self.config.fading_db {
+            0.0 => 0.0,
+            fading_db => {
+                let normal: f64 = random.sample(StandardNormal);
+                fading_db * normal
+            }
+        }
     }
 
     /// The transducer of a reading, its cone turned aside of where it is mounted.

@@ -12,10 +12,11 @@ use super::{
 use crate::{
     error::{Error, Result},
     geometry::{Displacement, Pose, wrapped},
-    seed::Seed,
+    seed::{Seed, Stream},
 };
 use nalgebra::{Point2, Vector2};
 use rand::RngExt;
+use rand_distr::StandardNormal;
 use std::f64::consts::FRAC_PI_2;
 
 /// Where and how a wall is followed.
@@ -67,7 +68,7 @@ impl Following {
     }
 
     /// Radians to turn left in the next metre, by what is nearest on the wall's side of the robot.
-    fn turn_per_m(&self, caster: &Raycaster, pose: &Pose, wanted_m: f64) -> f64 {
+    fn turn_per_m(&self, caster: &Raycaster, pose: &Pose, wanted_m: f64, error: LookError) -> f64 {
         let towards = if self.left { 1.0 } else { -1.0 };
         let place = Point2::new(pose.x_m, pose.y_m);
         let nearest = LOOKS
@@ -83,6 +84,8 @@ impl Following {
             // Nothing near: it looks for the wall where it was.
             None => 1.0 / wanted_m,
             Some((range_m, aside_rad)) => {
+                let range_m = range_m + error.range_m;
+                let aside_rad = aside_rad + error.bearing_rad;
                 let error_m = (range_m - wanted_m).clamp(-MAX_ERROR_M, MAX_ERROR_M);
                 2.0 / SETTLE_M * (aside_rad - FRAC_PI_2) + error_m / (SETTLE_M * SETTLE_M)
             }
@@ -90,14 +93,38 @@ impl Following {
         towards * turn.clamp(-MAX_TURN_PER_M, MAX_TURN_PER_M)
     }
 
-    fn step(&self, caster: &Raycaster, pose: &Pose, wanted_m: f64) -> Pose {
-        let turn_rad = self.turn_per_m(caster, pose, wanted_m) * STEP_M;
+    fn step(&self, caster: &Raycaster, pose: &Pose, wanted_m: f64, error: LookError) -> Pose {
+        let turn_rad = self.turn_per_m(caster, pose, wanted_m, error) * STEP_M;
         let halfway = turn_rad / 2.0;
         pose.after(Displacement {
             forward_m: STEP_M * halfway.cos(),
             left_m: STEP_M * halfway.sin(),
             turn_rad,
         })
+    }
+}
+
+/// How far what is measured at a look is off.
+#[derive(Debug, Clone, Copy, Default)]
+struct LookError {
+    range_m: f64,
+    bearing_rad: f64,
+}
+
+impl LookError {
+    /// That of a new look. Where nothing errs, nothing is drawn either.
+    fn draw(config: &RobotConfig, random: &mut Stream) -> Self {
+        let mut off = |sd: f64| match sd {
+            0.0 => 0.0,
+            sd => {
+                let normal: f64 = random.sample(StandardNormal);
+                sd * normal
+            }
+        };
+        Self {
+            range_m: off(config.look_range_sd_m),
+            bearing_rad: off(config.look_bearing_sd_rad),
+        }
     }
 }
 
@@ -120,14 +147,14 @@ impl Round {
     ) -> Result<Self> {
         let wanted_m = config.radius_m + following.distance_m;
         let settling = (SETTLED_M / STEP_M) as usize;
-        let settle = |pose: Pose, _| following.step(caster, &pose, wanted_m);
+        let settle = |pose: Pose, _| following.step(caster, &pose, wanted_m, LookError::default());
         let first = (0..settling).fold(following.start, settle);
         let mut pose = first;
         let mut points = Vec::new();
         let mut before_m = 0.0;
         while points.len() < (MAX_ROUND_M / STEP_M) as usize {
             points.push(Point2::new(pose.x_m, pose.y_m));
-            pose = following.step(caster, &pose, wanted_m);
+            pose = following.step(caster, &pose, wanted_m, LookError::default());
             let place = Point2::new(pose.x_m, pose.y_m);
             if caster.plan().clearance_m(&place) < config.radius_m {
                 return Err(Error::work(format!(
@@ -196,6 +223,9 @@ impl WallWay {
         let mut index = round.nearest(&place(&pose), 0, count);
         let along = (LOOK_ALONG_M / STEP_M) as usize;
         let (mut steps, mut passed, mut furthest, mut since) = (Vec::new(), 0_i64, 0, 0);
+        let mut looks = seed.numbered_stream("world/robot/looks", run);
+        let look_m = (config.look_s * config.speed_m_per_s).max(STEP_M);
+        let (mut error, mut due_m) = (LookError::default(), 0.0);
         loop {
             let done = passed.abs() as f64 * STEP_M / round.length_m();
             steps.push((pose, index as f64 * STEP_M, done));
@@ -205,7 +235,11 @@ impl WallWay {
             let caster = caster_at(done);
             let (aside_m, _) = wander.left_m(steps.len() as f64 * STEP_M);
             let wanted_m = config.radius_m + (following.distance_m + aside_m).max(0.1);
-            pose = following.step(caster, &pose, wanted_m);
+            let travelled_m = steps.len() as f64 * STEP_M;
+            if travelled_m >= due_m {
+                (error, due_m) = (LookError::draw(config, &mut looks), due_m + look_m);
+            }
+            pose = following.step(caster, &pose, wanted_m, error);
             let next = round.nearest(&place(&pose), index, along);
             let half = count as i64 / 2;
             passed += (next as i64 - index as i64 + half).rem_euclid(count as i64) - half;

@@ -64,6 +64,11 @@ fn preset(kind: &str, turret: Option<bool>) -> Result<Option<Robot>> {
             let config = RobotConfig {
                 radius_m: 0.23,
                 speed_m_per_s: 0.122,
+                // It follows walls by its sonars: eight pairs, one every 25 ms; readings in whole inches with the ring's noise; and
+                // which of 16 reads least tells the direction to an even 22.5°, of standard deviation 22.5° / √12.
+                look_s: 0.2,
+                look_range_sd_m: 0.016,
+                look_bearing_sd_rad: 0.113,
                 odometry: match turret_north {
                     true => OdometryConfig::by_compass(),
                     false => OdometryConfig::default(),

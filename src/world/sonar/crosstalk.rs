@@ -9,6 +9,7 @@ use super::{
     SonarConfig,
     config::speed_of_sound_m_per_s,
     echo::{STEP_BACK_M, Transducer, cone, mirrored},
+    loudness::{excess_db, heard_m, incidence_db, off_axis_db},
 };
 use crate::world::Surroundings;
 use nalgebra::{Point2, Vector2};
@@ -31,19 +32,21 @@ pub(super) fn add(
                 echoes_m[listener] = Some(range_m);
             }
         };
-        for direction in cone(sonar, transducer) {
-            follow(around, sonar, ring, sender, direction, &mut hear);
+        for (direction, share) in cone(sonar, transducer) {
+            let loss_db = off_axis_db(sonar, share);
+            follow(around, sonar, ring, sender, (direction, loss_db), &mut hear);
         }
     }
 }
 
-/// Follows one ray of the sender's cone and tells every other sonar that hears it, with the way made until there.
+/// Follows one ray of the sender's cone and tells every other sonar that hears it, with the way made until there. It leaves with a
+/// loss against the cone's middle.
 fn follow(
     around: &Surroundings,
     sonar: &SonarConfig,
     ring: &[Transducer],
     sender: usize,
-    mut direction: Vector2<f64>,
+    (mut direction, loss_db): (Vector2<f64>, f64),
     hear: &mut impl FnMut(usize, f64),
 ) {
     let mut origin = ring[sender].place;
@@ -53,6 +56,15 @@ fn follow(
     let faces = |listener: &Transducer, coming: &Vector2<f64>| {
         -coming.dot(&listener.axis()) >= (sonar.opening_rad / 2.0).cos()
     };
+    // The way that a listener reckons with, if what comes in from there is loud enough.
+    let heard =
+        |listener: &Transducer, coming: &Vector2<f64>, way_m: f64, limit_m, thrown_db: f64| {
+            let aside_rad = (-coming.dot(&listener.axis())).clamp(-1.0, 1.0).acos();
+            let half_rad = (sonar.opening_rad / 2.0).max(f64::MIN_POSITIVE);
+            let all_db = loss_db + off_axis_db(sonar, aside_rad / half_rad) + thrown_db;
+            let excess_db = excess_db(sonar, way_m / 2.0, limit_m) + listener.fade_db - all_db;
+            heard_m(sonar, way_m / 2.0, excess_db).map(|range_m| 2.0 * range_m)
+        };
     for reflected in 0..=sonar.reflections {
         let hit = around.cast(&origin, &direction, 2.0 * sonar.maximum_m, sonar.height_m);
         // A ray that mirrors have thrown past a transducer is heard, if it faces it.
@@ -61,9 +73,14 @@ fn follow(
             let listener_m = to_listener.dot(&direction);
             let near = (to_listener - direction * listener_m).norm() <= sonar.capture_radius_m;
             let free = hit.is_none_or(|hit| hit.distance_m >= listener_m);
-            let strong = way_m + listener_m < 2.0 * heard_to_m;
-            if listener_m > 0.0 && near && free && strong && faces(listener, &direction) {
-                hear(beam, way_m + listener_m);
+            if listener_m > 0.0
+                && near
+                && free
+                && faces(listener, &direction)
+                && let Some(way_m) =
+                    heard(listener, &direction, way_m + listener_m, heard_to_m, 0.0)
+            {
+                hear(beam, way_m);
             }
         }
         let Some(hit) = hit else { return };
@@ -73,7 +90,8 @@ fn follow(
         if way_m >= 2.0 * heard_to_m {
             return;
         }
-        let spread_cos = material.critical_angle_rad.cos();
+        let critical_rad = material.critical_angle_rad;
+        let spread_cos = critical_rad.cos();
         if hit.cos_incidence >= spread_cos {
             // A surface met within its critical angle throws sound back into that angle, on whoever listens there.
             let foot: Point2<f64> = origin + direction * (hit.distance_m - STEP_BACK_M);
@@ -81,14 +99,19 @@ fn follow(
                 let to_listener = listener.place - foot;
                 let listener_m = to_listener.norm();
                 let coming = to_listener / listener_m;
-                if hit.normal.dot(&coming) >= spread_cos
-                    && faces(listener, &coming)
-                    && way_m + listener_m < 2.0 * heard_to_m
-                    && around
-                        .cast(&foot, &coming, listener_m, sonar.height_m)
-                        .is_none()
-                {
-                    hear(beam, way_m + listener_m);
+                let leaving_cos = hit.normal.dot(&coming);
+                if leaving_cos >= spread_cos && faces(listener, &coming) {
+                    let angles = [hit.cos_incidence, leaving_cos];
+                    let thrown_db = angles.map(|cos| incidence_db(sonar, cos, critical_rad) / 2.0);
+                    let way_m = way_m + listener_m;
+                    let thrown_db = thrown_db[0] + thrown_db[1];
+                    if let Some(way_m) = heard(listener, &coming, way_m, heard_to_m, thrown_db)
+                        && around
+                            .cast(&foot, &coming, listener_m, sonar.height_m)
+                            .is_none()
+                    {
+                        hear(beam, way_m);
+                    }
                 }
             }
             return;

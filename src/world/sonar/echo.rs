@@ -3,7 +3,10 @@
 //! Surfaces are mirrors beyond their critical angle; right-angled corners throw sound back to the sender (Kuc & Siegel,
 //! *Physically based simulation model for acoustic sensor robot navigation*, 1987).
 
-use super::SonarConfig;
+use super::{
+    SonarConfig,
+    loudness::{excess_db, heard_m, incidence_db, off_axis_db},
+};
 use crate::{
     geometry::Pose,
     world::{Hit, Surroundings},
@@ -20,6 +23,8 @@ pub(super) struct Transducer {
     pub place: Point2<f64>,
     /// Where its cone points.
     pub axis_rad: f64,
+    /// How much louder than usual echoes are in it at this reading, dB.
+    pub fade_db: f64,
 }
 
 impl Transducer {
@@ -30,6 +35,7 @@ impl Transducer {
         Self {
             place: Point2::new(pose.x_m, pose.y_m) + outward * ring_radius_m,
             axis_rad: pose.heading_rad + bearing_rad,
+            fade_db: 0.0,
         }
     }
 
@@ -39,11 +45,11 @@ impl Transducer {
     }
 }
 
-/// Unit vectors of the rays that sample a transducer's cone, evenly from edge to edge.
+/// Unit vectors of the rays that sample a transducer's cone, evenly from edge to edge, and how far each is from the axis, −1 to 1.
 pub(super) fn cone(
     sonar: &SonarConfig,
     transducer: &Transducer,
-) -> impl Iterator<Item = Vector2<f64>> {
+) -> impl Iterator<Item = (Vector2<f64>, f64)> {
     let (rays, opening_rad, axis_rad) = (sonar.rays, sonar.opening_rad, transducer.axis_rad);
     let last = (rays - 1).max(1) as f64;
     (0..rays).map(move |ray| {
@@ -52,7 +58,7 @@ pub(super) fn cone(
         } else {
             ray as f64 / last - 0.5
         };
-        unit(axis_rad + share * opening_rad)
+        (unit(axis_rad + share * opening_rad), 2.0 * share)
     })
 }
 
@@ -75,17 +81,25 @@ pub(super) fn nearest_echo_m(
     transducer: &Transducer,
 ) -> Option<f64> {
     cone(sonar, transducer)
-        .filter_map(|direction| ray_echo_m(around, sonar, &transducer.place, direction))
+        .filter_map(|(direction, share)| {
+            let margin_db = transducer.fade_db - 2.0 * off_axis_db(sonar, share);
+            ray_echo_m(around, sonar, &transducer.place, direction, margin_db)
+        })
         .min_by(f64::total_cmp)
 }
 
-/// Follows one ray until it comes back: half the way it made, if that is still heard.
+/// Follows one ray until it comes back: half the way it made, if that is still heard; it is `margin_db` louder than usual.
 fn ray_echo_m(
     around: &Surroundings,
     sonar: &SonarConfig,
     transducer: &Point2<f64>,
     mut direction: Vector2<f64>,
+    margin_db: f64,
 ) -> Option<f64> {
+    let heard = |range_m, heard_to_m, loss_db: f64| {
+        let excess_db = excess_db(sonar, range_m, heard_to_m) + margin_db - loss_db;
+        heard_m(sonar, range_m, excess_db)
+    };
     let mut origin = *transducer;
     let mut way_m = 0.0;
     let mut heard_to_m = sonar.maximum_m;
@@ -99,7 +113,7 @@ fn ray_echo_m(
             let free = hit.is_none_or(|hit| hit.distance_m >= back_m);
             if back_m > 0.0 && missed_by_m <= sonar.capture_radius_m && free {
                 let range_m = (way_m + back_m) / 2.0;
-                return (range_m < heard_to_m).then_some(range_m);
+                return heard(range_m, heard_to_m, 0.0);
             }
         }
         let hit = hit?;
@@ -109,8 +123,10 @@ fn ray_echo_m(
         if way_m >= 2.0 * heard_to_m {
             return None;
         }
-        if hit.cos_incidence >= material.critical_angle_rad.cos() {
-            return (way_m < heard_to_m).then_some(way_m); // back the way it came
+        let critical_rad = material.critical_angle_rad;
+        if hit.cos_incidence >= critical_rad.cos() {
+            let loss_db = incidence_db(sonar, hit.cos_incidence, critical_rad);
+            return heard(way_m, heard_to_m, loss_db); // back the way it came
         }
         (origin, direction) = mirrored(&origin, &direction, &hit);
     }

@@ -151,6 +151,17 @@ pub(super) fn exact(config: SonarConfig) -> SonarConfig {
     }
 }
 
+/// That and echoes that never fade.
+fn steady(config: SonarConfig) -> SonarConfig {
+    SonarConfig {
+        edge_loss_db: 0.0,
+        incidence_loss_db: 0.0,
+        fading_db: 0.0,
+        late_m: 0.0,
+        ..exact(config)
+    }
+}
+
 pub(super) fn upright(x_m: f64, critical_angle_rad: f64) -> Wall {
     let material = Material {
         reflectivity: 1.0,
@@ -175,7 +186,7 @@ pub(super) fn close(reading_m: f32, expected_m: f64, within_m: f64) -> bool {
 #[test]
 fn a_detailed_scan_is_nine_scans_of_a_turret_that_turns() {
     let ring = |detailed| {
-        Sonar::new(exact(SonarConfig {
+        Sonar::new(steady(SonarConfig {
             detailed,
             ..SonarConfig::nomad200()
         }))
@@ -228,7 +239,7 @@ fn in_cold_air_walls_seem_farther() {
 #[test]
 fn options_out_of_bounds_are_told_by_name() {
     type Case = (&'static str, fn(&mut SonarConfig));
-    let cases: [Case; 12] = [
+    let cases: [Case; 15] = [
         ("`detailed`", |c| c.detailed = 0),
         ("readings", |c| c.detailed = 5000),
         ("`opening_rad`", |c| {
@@ -237,6 +248,9 @@ fn options_out_of_bounds_are_told_by_name() {
         }),
         ("`height_m`", |c| c.height_m = f64::NAN),
         ("`ring_radius_m`", |c| c.ring_radius_m = -0.1),
+        ("`edge_loss_db`", |c| c.edge_loss_db = -1.0),
+        ("`fading_db`", |c| c.fading_db = f64::NAN),
+        ("`late_m`", |c| c.late_m = -0.1),
         ("`firing_interval_s`", |c| c.firing_interval_s = -0.1),
         ("`air_celsius`", |c| c.air_celsius = -300.0),
         ("`calibrated_celsius`", |c| c.calibrated_celsius = f64::NAN),
