@@ -11,7 +11,7 @@ use super::{
 use crate::{
     error::{Error, Result},
     experiment::{
-        over_seeds::{self, OverSeedsConfig, Reproduction},
+        over_seeds::{self, Reproduction, Seeds},
         reproduce::Paper,
         ruizmayor2006::{self, Ruizmayor2006Config},
         thrun1998::{self, Thrun1998Config},
@@ -84,14 +84,14 @@ fn unpacked(paper: Paper) -> Result<tempfile::TempDir> {
 
 /// A paper whose experiment is a comparison, with several seeds.
 fn over_seeds(paper: Paper, arguments: &Arguments, out: Option<&Path>) -> Result<Outcome> {
-    let config = OverSeedsConfig::default();
-    let config = OverSeedsConfig {
-        first_seed: arguments.seed.unwrap_or(config.first_seed),
-        ..if arguments.toy { config.toy() } else { config }
+    let seeds = Seeds::default();
+    let seeds = Seeds {
+        first: arguments.seed.unwrap_or(seeds.first),
+        ..if arguments.toy { seeds.toy() } else { seeds }
     };
     let unpacked = unpacked(paper)?;
     let mut progress: Option<Progress> = None;
-    let reproduced = over_seeds::reproduce(paper, &config, unpacked.path(), &mut |at| {
+    let reproduced = over_seeds::reproduce(paper, &seeds, unpacked.path(), &mut |at| {
         let bar = progress.get_or_insert_with(|| Progress::new("reproducing", at.all));
         bar.at(at.done, at.now);
     });
@@ -156,7 +156,7 @@ fn resolved(reproduction: &Reproduction) -> serde_json::Value {
     serde_json::json!({
         "crate_version": reproduction.version,
         "paper": reproduction.paper,
-        "seeds": reproduction.config,
+        "seeds": reproduction.seeds,
         "compare": compared,
     })
 }

@@ -1,7 +1,7 @@
 //! A paper's comparison on the worlds that several seeds make, so that no figure rests on one draw.
 
 use super::{
-    compare::{CompareConfig, Comparison, Folders, Progress, compare},
+    compare::{CompareConfig, Comparison, ComparisonRecord, Folders, Progress, Section, compare},
     reproduce::Paper,
 };
 use crate::{
@@ -18,20 +18,20 @@ use std::{
 /// Which seeds, and how much of each.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct OverSeedsConfig {
+pub struct Seeds {
     /// The first of them; the others follow one by one.
-    pub first_seed: u64,
+    pub first: u64,
     /// How many: worlds, learning, permutations and resamples are drawn anew with each.
-    pub seeds: usize,
+    pub count: usize,
     /// Few trials and resamples only, and of more than three systems the first two environments: does it work here?
     pub toy: bool,
 }
 
-impl Default for OverSeedsConfig {
+impl Default for Seeds {
     fn default() -> Self {
         Self {
-            first_seed: 1,
-            seeds: 10,
+            first: 1,
+            count: 10,
             toy: false,
         }
     }
@@ -40,11 +40,11 @@ impl Default for OverSeedsConfig {
 /// Most seeds: far beyond any use, few enough to hold.
 const MOST: usize = 1000;
 
-impl OverSeedsConfig {
+impl Seeds {
     /// The same at toy size: three seeds.
     pub fn toy(self) -> Self {
         Self {
-            seeds: 3,
+            count: 3,
             toy: true,
             ..self
         }
@@ -53,11 +53,11 @@ impl OverSeedsConfig {
     /// # Errors
     /// A usage error where the seeds are none, or too many.
     pub fn check(&self) -> Result<()> {
-        let last = self.first_seed.checked_add(self.seeds as u64);
-        if !(1..=MOST).contains(&self.seeds) || last.is_none() {
+        let last = self.first.checked_add(self.count as u64);
+        if !(1..=MOST).contains(&self.count) || last.is_none() {
             return Err(Error::usage(format!(
                 "{} seeds from {} on; expected 1 to {MOST}, none above 2^64 - 1",
-                self.seeds, self.first_seed
+                self.count, self.first
             )));
         }
         Ok(())
@@ -74,7 +74,7 @@ pub struct Reproduction {
     /// The paper, by its [name](Paper::name).
     pub paper: String,
     /// Which seeds.
-    pub config: OverSeedsConfig,
+    pub seeds: Seeds,
     /// One a seed, in their order.
     pub comparisons: Vec<Comparison>,
 }
@@ -131,10 +131,37 @@ impl Reproduction {
             .map_err(|fault| wrong(fault.to_string()))?;
         let paper = read.paper().map_err(|fault| wrong(fault.to_string()))?;
         match paper.configuration() {
-            Some(_) if !read.comparisons.is_empty() => Ok(read),
-            _ => Err(wrong("no comparisons".into())),
+            Some(_) if !read.comparisons.is_empty() => (),
+            _ => return Err(wrong("no comparisons".into())),
+        }
+        match read.comparisons.iter().position(|c| !is_whole(&c.record)) {
+            None => Ok(read),
+            Some(number) => Err(wrong(format!(
+                "comparison {number} names systems or datasets that it does not have"
+            ))),
         }
     }
+}
+
+/// Does a record have every system and every dataset that it speaks of?
+fn is_whole(record: &ComparisonRecord) -> bool {
+    fn section<C, T>(record: &ComparisonRecord, section: &Option<Section<C, T>>) -> bool {
+        section.as_ref().is_none_or(|section| {
+            section.cells.len() == section.systems.len()
+                && section.systems.iter().all(|&s| s < record.systems.len())
+                && section
+                    .cells
+                    .iter()
+                    .all(|row| row.len() == record.datasets.len())
+        })
+    }
+    let mut tested = record
+        .recognition_tests
+        .iter()
+        .flat_map(|test| test.systems);
+    section(record, &record.standard)
+        && section(record, &record.recognition)
+        && tested.all(|system| system < record.systems.len())
 }
 
 /// Compares as the paper's configuration says, with each seed; the files of the paper lie [unpacked](Paper::unpack) in `folder`.
@@ -145,15 +172,15 @@ impl Reproduction {
 /// As [`compare`], the seed before the message; a usage error of a paper that has no comparison.
 pub fn reproduce(
     paper: Paper,
-    config: &OverSeedsConfig,
+    seeds: &Seeds,
     folder: &Path,
     progress: &mut (dyn FnMut(Progress) + Send),
 ) -> Result<Reproduction> {
-    config.check()?;
+    seeds.check()?;
     let Some(mut asked) = paper.comparison()? else {
         return Err(Error::usage(format!("{paper}: has no comparison")));
     };
-    if config.toy {
+    if seeds.toy {
         asked.shrink_to_toy();
         if asked.system.len() > 3 {
             asked.dataset.truncate(2);
@@ -164,9 +191,9 @@ pub fn reproduce(
         models: folder,
     };
     // How far each seed is, and who is told.
-    let report = Mutex::new((vec![0; config.seeds], progress));
+    let report = Mutex::new((vec![0; seeds.count], progress));
     let of_seed = |number: usize| -> Result<Comparison> {
-        let seed = config.first_seed + number as u64;
+        let seed = seeds.first + number as u64;
         let asked = CompareConfig {
             seed,
             ..asked.clone()
@@ -177,18 +204,18 @@ pub fn reproduce(
             done[number] = at.done;
             progress(Progress {
                 done: done.iter().sum(),
-                all: at.all * config.seeds,
+                all: at.all * seeds.count,
                 now: &format!("seed {seed}, {}", at.now),
             });
         });
         compared.map_err(|fault| fault.context(format!("seed {seed}")))
     };
     let comparisons: Vec<Result<Comparison>> =
-        (0..config.seeds).into_par_iter().map(of_seed).collect();
+        (0..seeds.count).into_par_iter().map(of_seed).collect();
     Ok(Reproduction {
         version: env!("CARGO_PKG_VERSION").to_string(),
         paper: paper.name().to_string(),
-        config: config.clone(),
+        seeds: seeds.clone(),
         comparisons: comparisons.into_iter().collect::<Result<_>>()?,
     })
 }
@@ -199,25 +226,25 @@ mod tests {
 
     #[test]
     fn seeds_out_of_bounds_are_told() {
-        for (first_seed, seeds) in [(1, 0), (1, 1001), (u64::MAX, 2)] {
-            let config = OverSeedsConfig {
-                first_seed,
-                seeds,
+        for (first, count) in [(1, 0), (1, 1001), (u64::MAX, 2)] {
+            let seeds = Seeds {
+                first,
+                count,
                 toy: true,
             };
-            let fault = config.check().unwrap_err();
+            let fault = seeds.check().unwrap_err();
             assert!(
                 fault.is_usage() && fault.to_string().contains("seeds"),
                 "{fault}"
             );
         }
-        assert_eq!(OverSeedsConfig::default().toy().seeds, 3);
+        assert_eq!(Seeds::default().toy().count, 3);
     }
 
     #[test]
     fn a_paper_without_a_comparison_is_refused() {
-        let config = OverSeedsConfig::default();
-        let asked = reproduce(Paper::Thrun1998, &config, Path::new("."), &mut |_| {});
+        let seeds = Seeds::default();
+        let asked = reproduce(Paper::Thrun1998, &seeds, Path::new("."), &mut |_| {});
         assert!(asked.unwrap_err().is_usage());
     }
 }

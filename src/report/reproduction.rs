@@ -39,14 +39,14 @@ pub fn pictures(reproduction: &Reproduction) -> Result<Vec<Picture>> {
 
 /// What holds for all tables.
 pub fn caption_lines(reproduction: &Reproduction) -> Vec<String> {
-    let config = &reproduction.config;
-    let seeds = config.seeds;
+    let seeds = &reproduction.seeds;
     let mut lines = vec![format!(
-        "mean over {seeds} seeds, {} to {}, ± half of its 95 % interval (Student's t over the seeds); (n): n of the seeds have one",
-        config.first_seed,
-        config.first_seed + seeds as u64 - 1,
+        "mean over {} seeds, {} to {}, ± half of its 95 % interval (Student's t over the seeds); (n): n of the seeds have one",
+        seeds.count,
+        seeds.first,
+        seeds.first + seeds.count as u64 - 1,
     )];
-    if config.toy {
+    if seeds.toy {
         lines.push("at toy size: the figures mean little".to_string());
     }
     lines

@@ -23,5 +23,6 @@ mod support;
 mod train;
 mod trajectory;
 mod trajectory_faults;
+mod unsteady_robots;
 mod viewpoint;
 mod worlds;

@@ -161,10 +161,11 @@ fn every_world_is_the_one_its_page_tells_of() {
 }
 
 /// Duckett & Nehmzow 1998, 5.2 and Fig. 4: what the wheels count loses its heading; with north from the compass 2 to 5 % of the
-/// way are left, and here what the compass's distortion bends.
+/// way are left. Each environment draws its own.
 #[test]
 fn the_compass_makes_of_raw_odometry_one_that_does_not_turn_away() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/worlds");
+    let mut turns_rad = Vec::new();
     for letter in ["a", "b", "c", "d", "e", "f"] {
         let world = Building::read(&folder.join(format!("duckett1998-{letter}.toml"))).unwrap();
         let speed_m_per_s = world.robot().speed_m_per_s;
@@ -191,6 +192,10 @@ fn the_compass_makes_of_raw_odometry_one_that_does_not_turn_away() {
             100.0 * off
         );
         assert!((0.015..0.065).contains(&off), "{letter}: {off}");
-        assert!(turned_rad > 0.3, "{letter}: {turned_rad}");
+        turns_rad.push(turned_rad);
     }
+    // 0.01 rad a metre, standard deviation over runs: half a radian in 50 m.
+    let squares: f64 = turns_rad.iter().map(|turned_rad| turned_rad.powi(2)).sum();
+    let turned_rad = (squares / turns_rad.len() as f64).sqrt();
+    assert!((0.2..1.0).contains(&turned_rad), "{turns_rad:?}");
 }

@@ -60,7 +60,7 @@ const TABLE_1: [Quantity; 3] = [
 
 const TABLE_2: [Quantity; 5] = [
     (
-        "EBL: m to U = 0.9",
+        "EBL: m to U=0.9",
         EVIDENCE,
         1,
         |p| p.evidence_distance_m,
@@ -69,14 +69,14 @@ const TABLE_2: [Quantity; 5] = [
     ("landmarks: U", LANDMARKS, 3, |p| p.landmarks[0], U),
     ("landmarks: H", LANDMARKS, 3, |p| p.landmarks[1], H),
     (
-        "dead reckoning: U",
+        "reckoning: U",
         DEAD_RECKONING,
         3,
         |p| p.dead_reckoning[0],
         U,
     ),
     (
-        "dead reckoning: H",
+        "reckoning: H",
         DEAD_RECKONING,
         3,
         |p| p.dead_reckoning[1],
@@ -88,7 +88,7 @@ const TABLE_2: [Quantity; 5] = [
 pub(super) fn sheets(reproduction: &Reproduction) -> Vec<Sheet> {
     let mut table_2 = table(reproduction, &TABLE_2);
     table_2.caption(
-        "means over the 201 tables of 0 to 20 m; H in nats; EBL: evidence-based localisation",
+        "means over the 201 tables of 0 to 20 m; H in nats; EBL: evidence-based localisation; reckoning: dead reckoning",
     );
     let environments = environments(reproduction);
     let mut order = orders(&environments);
@@ -206,7 +206,7 @@ pub(super) fn pictures(reproduction: &Reproduction) -> Result<Vec<Picture>> {
         };
         let title = format!(
             "Fig. 6, environment {}: mean of {} seeds",
-            row.environment, reproduction.config.seeds
+            row.environment, reproduction.seeds.count
         );
         let svg = framed_plot(&title, "distance travelled (m)", &panel)?;
         Ok((format!("figure_6_{}", row.environment.to_lowercase()), svg))

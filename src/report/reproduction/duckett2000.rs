@@ -305,7 +305,7 @@ pub(super) fn pictures(reproduction: &Reproduction) -> Result<Vec<Picture>> {
             })
         })
         .collect();
-    let title = format!("Fig. 6: mean of {} seeds", reproduction.config.seeds);
+    let title = format!("Fig. 6: mean of {} seeds", reproduction.seeds.count);
     let label = "time a match, in units of the nearest neighbour's";
     Ok(vec![(
         "timing_figure_6".into(),
