@@ -156,7 +156,7 @@ mod tests {
         // .41 ± .0919, to the printed decimals
         let values = [Some(0.40), Some(0.44), Some(0.38), Some(0.42)];
         let cases = [
-            (0.318, Verdict::Agrees),
+            (0.319, Verdict::Agrees),
             (0.502, Verdict::Agrees),
             (0.317, Verdict::HigherHere),
             (0.503, Verdict::LowerHere),
