@@ -55,6 +55,7 @@ fn hall() -> Recording {
         unit: "m".into(),
         bearing_rad: Some(bearings),
         maximum: None,
+        offset_m: None,
     };
     Recording::new(Columns {
         channels: vec![laser],

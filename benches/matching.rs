@@ -1,5 +1,5 @@
-//! What matching two places costs: `histograms/places` a scan's pair of histograms with those of 1,000 places, beside a plain
-//! loop and beside two limits of the machine; `grids/…` a scan's grid with that of a place, by a plain hill climb from the middle,
+//! What matching two places costs: `histograms/places` a scan's pair of histograms with those of 1,000 places, moved by up to five
+//! elements, `…, every translation` by up to 63, beside a plain loop and beside two limits of the machine; `grids/…` a scan's grid with that of a place, by a plain hill climb from the middle,
 //! by plain hill climbs from every fourth cell, by one on bit planes, and by the bounded search that agrees with the second;
 //! `grids/best of all places` is the bounded search as a recogniser does it, where a place must beat those before it.
 //!
@@ -39,10 +39,14 @@ fn histograms(criterion: &mut Criterion) {
     let scan = &of_scans[of_scans.len() / 2];
     let mut group = criterion.benchmark_group("histograms");
     group.throughput(Throughput::Elements(PLACES as u64));
-    let sought = Sought::new(scan);
+    let sought = Sought::new(scan, 5);
     let mut matches = vec![PairMatch { x: 0, y: 0 }; PLACES];
     group.bench_function("places", |bencher| {
         bencher.iter(|| sought.best_matches(black_box(&places), &mut matches));
+    });
+    let everywhere = Sought::new(scan, CELLS - 1);
+    group.bench_function("places, every translation", |bencher| {
+        bencher.iter(|| everywhere.best_matches(black_box(&places), &mut matches));
     });
     group.bench_function("minima limit", |bencher| {
         // 128 translations, 64 elements, three kinds, two directions.

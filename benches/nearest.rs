@@ -35,6 +35,7 @@ fn scans(beams: usize) -> Recording {
             unit: "m".into(),
             bearing_rad: None,
             maximum: Some(8.0),
+            offset_m: None,
         }],
         values: Array2::from_shape_simple_fn((k, beams), || random.random_range(0.3..8.0)),
         stamp_s: vec![0.0; k],

@@ -37,6 +37,7 @@ fn recording(snapshots: usize) -> Recording {
         unit: "m".into(),
         bearing_rad: Some(bearing_rad()),
         maximum: Some(30.0),
+        offset_m: None,
     };
     let rows: Vec<f32> = (0..snapshots).flat_map(scan).collect();
     let pose: Vec<Pose> = (0..snapshots)

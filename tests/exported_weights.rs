@@ -54,6 +54,7 @@ fn channel(name: &str, width: usize, unit: &str, maximum: Option<f64>) -> Channe
         unit,
         bearing_rad: None,
         maximum,
+        offset_m: None,
     }
 }
 

@@ -30,6 +30,7 @@ pub fn recording(snapshots: usize, length_m: f64) -> Recording {
             unit: "lux".into(),
             bearing_rad: None,
             maximum: None,
+            offset_m: None,
         }],
         values: Array2::from_shape_simple_fn((snapshots, INPUTS), || random.random_range(0.0..1.0)),
         stamp_s: (0..snapshots).map(|k| k as f64).collect(),

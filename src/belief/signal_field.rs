@@ -130,7 +130,7 @@ const FEWEST_JUDGED: usize = 10;
 /// use ballmark::recording::Channel;
 /// // A corridor of 10 m driven along four times; a beacon at its far end gets 3 dB louder a metre, and is not heard in
 /// // the first 2 m.
-/// let wifi = Channel { name: "wifi".into(), width: 1, unit: "dBm".into(), bearing_rad: None, maximum: None };
+/// let wifi = Channel { name: "wifi".into(), width: 1, unit: "dBm".into(), bearing_rad: None, maximum: None, offset_m: None };
 /// let at_m: Vec<f64> = (0..80).map(|k| 0.5 * f64::from(k % 20)).collect();
 /// let run: Vec<i64> = (0..80).map(|k| k / 20).collect();
 /// let heard = |&x_m: &f64| if x_m < 2.0 { f32::NAN } else { (3.0 * x_m - 80.0) as f32 };

@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// ```
 /// use ballmark::{detector::{Detector, ceiling_light::CeilingLight}, geometry::Pose, recording::{Channel, Columns, Recording}};
-/// let camera = Channel { name: "camera".into(), width: 140, unit: "1".into(), bearing_rad: None, maximum: None };
+/// let camera = Channel { name: "camera".into(), width: 140, unit: "1".into(), bearing_rad: None, maximum: None, offset_m: None };
 /// let mut values = ndarray::Array2::from_elem((2, 140), -0.2f32);
 /// values[[1, 4 * 7]] = 2.1; // brightness of the fifth row
 /// let recording = Recording::new(Columns {
@@ -114,6 +114,7 @@ mod tests {
             unit: "1".into(),
             bearing_rad: None,
             maximum: None,
+            offset_m: None,
         };
         let sonar = Channel {
             name: "sonar".into(),

@@ -7,12 +7,17 @@
 use super::{protocol::Protocol, standard::MAX_DRAWINGS};
 use crate::{
     error::{Error, Result},
-    recogniser::{Kind, Recogniser, RecogniserConfig},
+    recogniser::{Kind, ReadyToMatch, Recogniser, RecogniserConfig},
+    recording::Observation,
     score::{Binning, Contingency, Effort, Judgement},
     seed::Seed,
 };
 use serde::{Deserialize, Serialize};
-use std::{cmp::Ordering, collections::HashSet, time::Instant};
+use std::{
+    cmp::Ordering,
+    collections::{BTreeMap, HashSet},
+    time::Instant,
+};
 
 /// The constants of the comparison; the default is D00's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,6 +29,9 @@ pub struct RecognitionConfig {
     /// constants, patterns 1.5 m apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub responses: Option<usize>,
+    /// The same by the names of datasets, for those that have a number of their own: `{ A = 16, B = 25 }`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub responses_of: BTreeMap<String, usize>,
     /// How far from it a system may stay. Ours: "as closely as possible".
     pub tolerance: usize,
     /// Random tables for the p-value; 0: no p-value.
@@ -38,6 +46,7 @@ impl Default for RecognitionConfig {
         Self {
             bin_m: 6.0,
             responses: None,
+            responses_of: BTreeMap::new(),
             tolerance: 1,
             permutations: effort.permutations,
             resamples: effort.resamples,
@@ -65,10 +74,13 @@ impl RecognitionConfig {
         if !(self.bin_m > 0.0 && self.bin_m.is_finite()) {
             return wrong("bin_m", self.bin_m.to_string(), "more than 0");
         }
-        if let Some(responses) = self.responses
-            && !(2..=MAX_RESPONSES).contains(&responses)
-        {
-            return wrong("responses", responses.to_string(), "2 to 10000");
+        let named = self.responses_of.iter();
+        let named = named.map(|(name, &n)| (format!("responses_of.{}", name.escape_debug()), n));
+        let for_all = self.responses.map(|n| ("responses".to_string(), n));
+        for (key, responses) in for_all.into_iter().chain(named) {
+            if !(2..=MAX_RESPONSES).contains(&responses) {
+                return wrong(&key, responses.to_string(), "2 to 10000");
+            }
         }
         for (key, value) in [
             ("permutations", self.permutations),
@@ -81,13 +93,14 @@ impl RecognitionConfig {
         Ok(())
     }
 
-    /// N_R: the number asked for, or the nearest neighbour's on this protocol.
+    /// N_R of a dataset: the number asked for, or the nearest neighbour's on this protocol.
     ///
     /// # Errors
     /// As [`recognise`].
-    pub fn wanted(&self, protocol: &Protocol, seed: Seed) -> Result<usize> {
+    pub fn wanted(&self, dataset: &str, protocol: &Protocol, seed: Seed) -> Result<usize> {
         self.check()?;
-        match self.responses {
+        let own = self.responses_of.get(dataset).copied();
+        match own.or(self.responses) {
             Some(responses) => Ok(responses),
             None => Ok(Answers::of(protocol, &Kind::Nearest.default_config(), seed)?.different()),
         }
@@ -166,7 +179,7 @@ impl Answers {
 /// let config = RecognitionConfig { responses: Some(12), ..Default::default() };
 /// let binning = protocol.binning(config.bin_m)?;
 /// for kind in [Kind::Rce, Kind::Nearest] {
-///     let wanted = config.wanted(&protocol, Seed(1))?;
+///     let wanted = config.wanted("corridor", &protocol, Seed(1))?;
 ///     let record = recognise(&protocol, &binning, &kind.default_config(), Some(wanted), &config, Seed(1))?.record;
 ///     assert!(record.responses.abs_diff(12) <= 1 && record.judgement.uncertainty_coefficient > Some(0.05));
 /// }
@@ -311,21 +324,24 @@ const TIMED: usize = 200;
 /// Seconds that are measured at least.
 const LEAST_S: f64 = 0.3;
 
-/// Seconds for comparing a snapshot with one pattern, all that belongs to answering included, on one thread: the fastest
-/// of several passes over at most 200 snapshots of the testing part. D00's T, "the mean processor time required to match
-/// a landmark". A timing: kept out of records.
+/// Seconds for comparing a snapshot with one pattern, on one thread: the fastest of several passes over at most 200 snapshots of
+/// the testing part, whose grids and signatures have been made before ([`Recogniser::ready`]). D00's T, "the mean processor
+/// time required to match a landmark". A timing: kept out of records.
 pub fn seconds_per_match(protocol: &Protocol, recogniser: &dyn Recogniser) -> f64 {
     let every = protocol.testing.len().div_ceil(TIMED).max(1);
     let some: Vec<usize> = protocol.testing.iter().copied().step_by(every).collect();
+    let channels = protocol.recording.channels();
+    let observations: Vec<Observation> = some
+        .iter()
+        .map(|&k| protocol.recording.observation(k))
+        .collect();
+    let ready = |observation| recogniser.ready(channels, observation);
+    let ready: Vec<ReadyToMatch> = observations.iter().map(ready).collect();
     let (begun, mut fastest) = (Instant::now(), f64::INFINITY);
     loop {
         let pass = Instant::now();
-        for &k in &some {
-            let answer = recogniser.respond(
-                protocol.recording.channels(),
-                &protocol.recording.observation(k),
-            );
-            std::hint::black_box(answer);
+        for answer in &ready {
+            std::hint::black_box(answer());
         }
         fastest = fastest.min(pass.elapsed().as_secs_f64());
         if begun.elapsed().as_secs_f64() > LEAST_S {

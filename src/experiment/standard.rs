@@ -62,6 +62,10 @@ pub struct StandardRecord {
     pub unanswered: f64,
     /// Share of the answers that were outside of all bins.
     pub outside: f64,
+    /// Share of the localiser's places that a snapshot of the testing part passes for, on average; none where it does not sift
+    /// them ([`Localiser::candidates`]).
+    #[serde(default)]
+    pub candidates: Option<f64>,
     /// Mean H(L), nats.
     pub entropy_of_location: f64,
     /// A row a table.
@@ -221,6 +225,7 @@ pub fn play(
         responses: responses.len(),
         unanswered: share(Answer::None),
         outside: share(Answer::Outside),
+        candidates: localiser.candidates(&protocol.recording, &protocol.testing),
         entropy_of_location: mean(by_distance.iter().map(|row| row.entropy_of_location))
             .unwrap_or_default(),
         mean_uncertainty_coefficient,

@@ -149,6 +149,7 @@ mod tests {
             unit: "lux".into(),
             bearing_rad: None,
             maximum: None,
+            offset_m: None,
         };
         Recording::new(Columns {
             channels: vec![channel],

@@ -1,4 +1,4 @@
-//! EvidenceBased-based localisation: of the places that look like this, those remain that also looked right on the way here.
+//! Evidence-based localisation: of the places that look like this, those remain that also looked right on the way here.
 //!
 //! Duckett & Nehmzow (1998, below D98), 3.1 and 3.2. A map of places is learned ([`super::place_map`]). A robot that is put
 //! down somewhere keeps a set of hypotheses, one for each place that looks like what it sees ([`Hypotheses`]); as it drives,
@@ -11,6 +11,8 @@
 //! - "moved by a distance 2D" is the way travelled by odometry since the last iteration;
 //! - probabilities are kept as logarithms: a set that was led astray has terms of eq. 9 too small for a number, and
 //!   0/0 would be the end of it;
+//! - the map lies in the frame that hypotheses move in ([`super::place_map::Coordinates`]); the posterior is told in that of
+//!   the mapping part's poses, each hypothesis by how far the two differ at its place;
 //! - a robot without compass is reckoned from the heading of the place it may be in, see [`super::place_map`].
 
 mod hypotheses;
@@ -120,6 +122,25 @@ impl Localiser for EvidenceBased {
 
     fn bytes_per_place(&self) -> usize {
         self.map.bytes_per_place()
+    }
+
+    /// Those with d_m < T (D98 3.2).
+    fn candidates(&self, recording: &Recording, snapshots: &[usize]) -> Option<f64> {
+        let threshold = self.map.config().threshold;
+        let passing = |&k: &usize| {
+            let observation = recording.observation(k);
+            let signature = self.map.signature(recording.channels(), &observation)?;
+            let differences = self.map.differences(&signature);
+            Some(
+                differences
+                    .iter()
+                    .filter(|d| f64::from(**d) < threshold)
+                    .count(),
+            )
+        };
+        let passed: usize = snapshots.iter().filter_map(passing).sum();
+        let all = snapshots.len() * self.map.places().len();
+        (all > 0).then(|| passed as f64 / all as f64)
     }
 
     fn check_channels(&self, channels: &[Channel]) -> Result<()> {

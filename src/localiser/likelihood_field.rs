@@ -19,7 +19,7 @@ use std::{f64::consts::TAU, ops::Range, sync::Arc};
 /// use ballmark::{belief::{Grid, GridConfig, Places}, geometry::Pose, localiser::likelihood_field::FieldOverGrid};
 /// use ballmark::mapping::{Beam, LikelihoodField, LikelihoodFieldConfig, OccupancyMap, OccupancyMapConfig};
 /// # use ballmark::recording::{Channel, Columns, Recording};
-/// # let laser = Channel { name: "laser".into(), width: 1, unit: "m".into(), bearing_rad: Some(vec![0.0]), maximum: None };
+/// # let laser = Channel { name: "laser".into(), width: 1, unit: "m".into(), bearing_rad: Some(vec![0.0]), maximum: None, offset_m: None };
 /// # let recording = Recording::new(Columns { channels: vec![laser], values: ndarray::array![[2.0], [2.0]], stamp_s: vec![0.0, 1.0],
 /// #     pose: vec![Pose::new(0.1, 0.1, 0.0); 2], odometry: vec![Pose::default(); 2], run: vec![0, 0], ..Columns::default() })?;
 /// let map = OccupancyMap::from_scans(&recording, &[0, 1], &OccupancyMapConfig::default())?;

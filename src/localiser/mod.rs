@@ -40,6 +40,7 @@ pub mod memoryless;
 pub mod monte_carlo;
 pub mod place_map;
 pub mod prepared;
+pub mod reckoned;
 pub mod responses;
 pub mod sensor_model;
 mod sites;
@@ -113,6 +114,12 @@ pub trait Localiser: Send + Sync {
     /// The same localiser with another such power, for whoever tunes it; `None` where there is none, or its constants state it.
     fn with_evidence_scale(&self, scale: f64) -> Option<Box<dyn Localiser + '_>> {
         let _ = scale;
+        None
+    }
+
+    /// Share of its places that a snapshot of these does not rule out at once, on average; `None` where it does not sift them.
+    fn candidates(&self, recording: &Recording, snapshots: &[usize]) -> Option<f64> {
+        let _ = (recording, snapshots);
         None
     }
 

@@ -15,10 +15,11 @@
 //! The centre of a place follows the robot at half its pace, so the robot is D away from it after 2D: "the maximum distance
 //! between stored places will therefore be 2D" (footnote 3).
 
+use super::reckoned::reckoned;
 use crate::{
     error::{Error, Result},
     geometry::{Pose, wrapped},
-    recogniser::signature::{Layout, SignatureConfig},
+    recogniser::signature::{Layout, Normalisation, SignatureConfig},
     recording::{Channel, Recording},
 };
 use serde::{Deserialize, Serialize};
@@ -28,12 +29,32 @@ use std::{
     ops::Range,
 };
 
+/// Where places lie: in the frame of what the robot reckons by, or in that of the poses it was mapped with.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Coordinates {
+    /// The robot's compass-based odometry, drift removed as in D98 6.4 ([`super::reckoned`]), by which it moves its hypotheses,
+    /// too: "obtained by averaging the robot's odometer readings within that particular place" (3.1). Without a compass: as
+    /// `pose`.
+    #[default]
+    Odometry,
+    /// The recording's poses. A compass that steel distorts then leads hypotheses off the places.
+    Pose,
+}
+
 /// When a place is another place; constants of D98, 3.1, but for the last.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlaceMapConfig {
     /// What of a snapshot is looked at.
     pub signature: SignatureConfig,
+    /// What the readings of each channel are divided by. D98 3.1 has "a normalised sonar signature and a normalised infrared
+    /// signature" and prints no norm: `length` brings each to length 1, and T = 1.5 then passes every place; `maximum` takes
+    /// each reading as a share of the sensor's range, and T then passes few.
+    pub normalisation: Normalisation,
+    /// In which frame the places lie that are gone by in localising.
+    pub coordinates: Coordinates,
     /// D: farther than this from all places, in metres, is a new one.
     pub distance_m: f64,
     /// T: a snapshot that differs by more than this from its place starts a new one.
@@ -49,6 +70,8 @@ impl Default for PlaceMapConfig {
     fn default() -> Self {
         Self {
             signature: SignatureConfig::default(),
+            normalisation: Normalisation::default(),
+            coordinates: Coordinates::default(),
             distance_m: 0.375,
             threshold: 1.5,
             weights: BTreeMap::new(),
@@ -92,8 +115,23 @@ impl PlaceMapConfig {
 pub struct Place {
     /// Mean position and heading of the robot within it.
     pub pose: Pose,
-    /// Mean of what it saw there, each channel of length 1.
+    /// From there to where its own reckoning has the place ([`Coordinates::Odometry`]), metres.
+    #[serde(default)]
+    pub reckoned_off_m: [f64; 2],
+    /// Mean of what it saw there, normalised.
     pub signature: Vec<f32>,
+}
+
+impl Place {
+    /// Position in the frame that hypotheses move in, and the heading.
+    pub fn reckoned(&self) -> Pose {
+        let [x_m, y_m] = self.reckoned_off_m;
+        Pose::new(
+            self.pose.x_m + x_m,
+            self.pose.y_m + y_m,
+            self.pose.heading_rad,
+        )
+    }
 }
 
 /// The places, in the order they were entered.
@@ -154,24 +192,29 @@ impl PlaceMap {
             places: Vec::new(),
         };
         let mut sums: Vec<Sums> = Vec::new();
-        for &k in snapshots {
-            let (pose, observation) = (&recording.poses()[k], recording.observation(k));
+        let reckoned = match config.coordinates {
+            Coordinates::Odometry => reckoned(recording, snapshots),
+            Coordinates::Pose => None,
+        };
+        for (i, &k) in snapshots.iter().enumerate() {
+            let (label, observation) = (&recording.poses()[k], recording.observation(k));
+            let pose = &reckoned.as_ref().map_or(*label, |reckoned| reckoned[i]);
             let Some(signature) = map.signature(recording.channels(), &observation) else {
                 continue;
             };
             let current = map.nearest(pose).filter(|&m| {
-                map.places[m].pose.distance_m(pose) <= config.distance_m
+                map.places[m].reckoned().distance_m(pose) <= config.distance_m
                     && map.difference(&map.places[m].signature, &signature) <= config.threshold
             });
             match current {
-                Some(m) => sums[m].add(pose, &signature),
+                Some(m) => sums[m].add(label, pose, &signature),
                 None => {
                     map.places.push(Place::default());
-                    sums.push(Sums::first(pose, &signature));
+                    sums.push(Sums::first(label, pose, &signature));
                 }
             }
             let m = current.unwrap_or(sums.len() - 1);
-            map.places[m] = sums[m].mean(&map.layout);
+            map.places[m] = sums[m].mean(&map.layout, config.normalisation);
         }
         Ok(map)
     }
@@ -202,7 +245,8 @@ impl PlaceMap {
         channels: &[Channel],
         observation: &crate::recording::Observation,
     ) -> Option<Vec<f32>> {
-        self.layout.of(channels, observation)
+        let by = self.config.normalisation;
+        self.layout.normalised(by, channels, observation)
     }
 
     /// d: the weighted sum of the distances of two signatures, channel by channel (eq. 1).
@@ -238,9 +282,10 @@ impl PlaceMap {
         self.config.check()?;
         self.layout.check()?;
         let width = self.layout.width();
-        // Parts of unit vectors; anything greater is damage.
+        // Parts of unit vectors, or shares; anything greater is damage.
         let sound = |place: &Place| {
-            place.pose.is_finite()
+            place.reckoned().is_finite()
+                && place.pose.is_finite()
                 && place.signature.len() == width
                 && place.signature.iter().all(|v| v.abs() <= 1.0001)
         };
@@ -259,7 +304,7 @@ impl PlaceMap {
     fn nearest(&self, pose: &Pose) -> Option<usize> {
         let faces =
             |place: &Pose| !self.oriented || place.turn_rad(pose) <= self.config.heading_rad;
-        let places = self.places.iter().map(|place| &place.pose).enumerate();
+        let places = self.places.iter().map(Place::reckoned).enumerate();
         let near = places.filter(|(_, place)| faces(place));
         let near = near.map(|(m, place)| (m, place.distance_m(pose)));
         let nearest = near.reduce(|best, next| if next.1 < best.1 { next } else { best });
@@ -292,38 +337,46 @@ fn difference(parts: &[(Range<usize>, f64)], a: &[f32], b: &[f32]) -> f64 {
 struct Sums {
     snapshots: f64,
     at: [f64; 2],
+    reckoned: [f64; 2],
     /// Heading of the first one, and the sum of turns from it.
     heading_rad: (f64, f64),
     signature: Vec<f64>,
 }
 
 impl Sums {
-    fn first(pose: &Pose, signature: &[f32]) -> Self {
+    fn first(pose: &Pose, reckoned: &Pose, signature: &[f32]) -> Self {
         Self {
             snapshots: 1.0,
             at: [pose.x_m, pose.y_m],
+            reckoned: [reckoned.x_m, reckoned.y_m],
             heading_rad: (pose.heading_rad, 0.0),
             signature: signature.iter().map(|&v| f64::from(v)).collect(),
         }
     }
 
-    fn add(&mut self, pose: &Pose, signature: &[f32]) {
+    fn add(&mut self, pose: &Pose, reckoned: &Pose, signature: &[f32]) {
         self.snapshots += 1.0;
         self.at[0] += pose.x_m;
         self.at[1] += pose.y_m;
+        self.reckoned[0] += reckoned.x_m;
+        self.reckoned[1] += reckoned.y_m;
         self.heading_rad.1 += wrapped(pose.heading_rad - self.heading_rad.0);
         for (sum, &value) in self.signature.iter_mut().zip(signature) {
             *sum += f64::from(value);
         }
     }
 
-    fn mean(&self, layout: &Layout) -> Place {
+    fn mean(&self, layout: &Layout, by: Normalisation) -> Place {
         let n = self.snapshots;
         let heading_rad = wrapped(self.heading_rad.0 + self.heading_rad.1 / n);
         let mut signature: Vec<f32> = self.signature.iter().map(|sum| (sum / n) as f32).collect();
-        layout.to_unit_length(&mut signature);
+        // A mean of shares is one; of unit vectors it is shorter.
+        if by == Normalisation::Length {
+            layout.to_unit_length(&mut signature);
+        }
         Place {
             pose: Pose::new(self.at[0] / n, self.at[1] / n, heading_rad),
+            reckoned_off_m: [0, 1].map(|axis| (self.reckoned[axis] - self.at[axis]) / n),
             signature,
         }
     }

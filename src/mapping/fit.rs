@@ -150,9 +150,8 @@ impl Scans<'_> {
             for beam in &self.beams {
                 let range_m = f64::from(values[beam.value]);
                 if range_m > 0.0 && range_m.is_finite() {
-                    let (sin, cos) = (pose.heading_rad + beam.bearing_rad).sin_cos();
                     all += 1;
-                    let end = [pose.x_m + range_m * cos, pose.y_m + range_m * sin];
+                    let end = beam.point_m(&pose, range_m);
                     near += u32::from(ends.off_occupied_m(end) <= NEAR_M);
                 }
             }
@@ -251,6 +250,7 @@ mod tests {
             unit: "m".into(),
             bearing_rad: Some((0..24).map(|b| TAU * f64::from(b) / 24.0).collect()),
             maximum: None,
+            offset_m: None,
         };
         let pose: Vec<Pose> = (0..60)
             .map(|k| {

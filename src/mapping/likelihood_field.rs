@@ -182,9 +182,10 @@ impl LikelihoodField {
         let returned = beams.iter().filter_map(|beam| {
             let range_m = f64::from(observation.values[beam.value]);
             let (sin, cos) = beam.bearing_rad.sin_cos();
+            let from_middle_m = beam.offset_m + range_m;
             (range_m > 0.0 && range_m.is_finite()).then_some(Beam {
-                ahead_m: range_m * cos,
-                left_m: range_m * sin,
+                ahead_m: from_middle_m * cos,
+                left_m: from_middle_m * sin,
             })
         });
         Ok(returned.collect())

@@ -89,7 +89,7 @@ pub enum Occupancy {
 /// use ballmark::{geometry::Pose, mapping::{Occupancy, OccupancyMap, OccupancyMapConfig}};
 /// use ballmark::recording::{Channel, Columns, Recording};
 /// // One beam straight ahead, which ends at 2 m; seen twice from the same place.
-/// let laser = Channel { name: "laser".into(), width: 1, unit: "m".into(), bearing_rad: Some(vec![0.0]), maximum: None };
+/// let laser = Channel { name: "laser".into(), width: 1, unit: "m".into(), bearing_rad: Some(vec![0.0]), maximum: None, offset_m: None };
 /// let recording = Recording::new(Columns {
 ///     channels: vec![laser],
 ///     values: ndarray::array![[2.0], [2.0]],
@@ -143,14 +143,21 @@ impl OccupancyMap {
         }
         let (width, height) = (cells_along(0) as usize, cells_along(1) as usize);
         let mut looks = Looks::new(width, height);
+        let (cell_m, reach_m) = (config.cell_m, config.reach_m);
         let echoes = |&k: &usize| {
             let (pose, values) = (poses[k], recording.observation(k).values);
-            let from = [0, 1].map(|axis| ([pose.x_m, pose.y_m][axis] - low[axis]) / config.cell_m);
+            let in_cells = move |at: [f64; 2]| [0, 1].map(|axis| (at[axis] - low[axis]) / cell_m);
             beams.iter().filter_map(move |beam| {
                 let range_m = f64::from(values[beam.value]);
                 // Else there was no return, or it is no distance.
-                (range_m > 0.0 && range_m < config.reach_m)
-                    .then(|| Echo::new(from, pose.heading_rad, beam, range_m / config.cell_m))
+                (range_m > 0.0 && range_m < reach_m).then(|| Echo {
+                    middle: in_cells([pose.x_m, pose.y_m]),
+                    from: in_cells(beam.point_m(&pose, 0.0)),
+                    angle_rad: pose.heading_rad + beam.bearing_rad,
+                    opening_rad: beam.opening_rad,
+                    offset: beam.offset_m / cell_m,
+                    range: range_m / cell_m,
+                })
             })
         };
         let farthest = config.margin_m / config.cell_m;

@@ -2,6 +2,7 @@
 
 use crate::{
     error::{Error, Result},
+    geometry::Pose,
     recording::Channel,
 };
 use serde::{Deserialize, Serialize};
@@ -12,7 +13,7 @@ use std::f64::consts::TAU;
 ///
 /// ```
 /// use ballmark::{mapping::RangeSensors, recording::Channel};
-/// let ring = |name: &str| Channel { name: name.into(), width: 2, unit: "m".into(), bearing_rad: Some(vec![0.0, 1.0]), maximum: Some(5.0) };
+/// let ring = |name: &str| Channel { name: name.into(), width: 2, unit: "m".into(), bearing_rad: Some(vec![0.0, 1.0]), maximum: Some(5.0), offset_m: None };
 /// let channels = [ring("sonar"), ring("laser")];
 /// let all = RangeSensors::default().beams(&channels)?;
 /// assert_eq!((all[0].opening_rad.to_degrees().round(), all[2].opening_rad), (30.0, 0.0));
@@ -49,10 +50,24 @@ pub struct RangeBeam {
     pub value: usize,
     /// Direction of its axis in the robot's frame, radians.
     pub bearing_rad: f64,
+    /// How far from the robot's middle its sensor sits along that axis, metres: readings count from there.
+    pub offset_m: f64,
     /// Full opening, radians; 0: a ray.
     pub opening_rad: f64,
     /// Reading from which on there was no return, metres, where the channel has such a limit.
     pub maximum_m: Option<f64>,
+}
+
+impl RangeBeam {
+    /// The point on its axis that lies this far from the sensor, for a robot in `pose`: metres east, metres north.
+    pub fn point_m(&self, pose: &Pose, range_m: f64) -> [f64; 2] {
+        let (sin, cos) = (pose.heading_rad + self.bearing_rad).sin_cos();
+        let from_middle_m = self.offset_m + range_m;
+        [
+            pose.x_m + from_middle_m * cos,
+            pose.y_m + from_middle_m * sin,
+        ]
+    }
 }
 
 impl RangeSensors {
@@ -124,6 +139,7 @@ impl RangeSensors {
                 let beam = |(i, &bearing_rad): (usize, &f64)| RangeBeam {
                     value: first + i,
                     bearing_rad,
+                    offset_m: channel.offset_of(i),
                     opening_rad: self.opening_rad(&channel.name),
                     maximum_m: channel.maximum,
                 };
@@ -167,6 +183,7 @@ mod tests {
             unit: unit.into(),
             bearing_rad: bearings,
             maximum: None,
+            offset_m: None,
         };
         let round = || Some(vec![0.0, 1.0]);
         let channels = [

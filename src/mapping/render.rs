@@ -15,7 +15,7 @@ use crate::{
 use ndarray::Array2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use shared_directions::{SharedDirections, ray_count, rays};
+use shared_directions::{Direction, SharedDirections, ray_count, rays};
 
 /// How scans are rendered.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -86,7 +86,7 @@ impl Rendered {
 
 /// Renders the scans of some sensors in a map.
 ///
-/// A beam ends in the first occupied cell; one that leaves the map, or what is known of it, is unknown, not far. A cone sees the
+/// A beam starts where its sensor sits, and what it reads counts from there. It ends in the first occupied cell; one that leaves the map, or what is known of it, is unknown, not far. A cone sees the
 /// nearest of what rays through it see, 2.5° apart or less. From an occupied cell nothing is seen.
 ///
 /// ```
@@ -98,7 +98,7 @@ impl Rendered {
 ///     row[81..].fill(Occupancy::Unknown);
 /// }
 /// let map = OccupancyMap::from_cells(0.05, [0.0, 0.0], 100, cells)?;
-/// let laser = Channel { name: "laser".into(), width: 2, unit: "m".into(), bearing_rad: Some(vec![0.0, 3.1]), maximum: Some(1.5) };
+/// let laser = Channel { name: "laser".into(), width: 2, unit: "m".into(), bearing_rad: Some(vec![0.0, 3.1]), maximum: Some(1.5), offset_m: None };
 /// let renderer = Renderer::new(&map, &[laser], &RenderConfig::default())?;
 /// let seen = renderer.at(&Pose::new(3.0, 1.0, 0.0));
 /// assert!(matches!(seen[0], Rendered::Hit(range_m) if (range_m - 1.025).abs() < 1e-3));
@@ -152,8 +152,11 @@ impl Renderer {
     pub fn at(&self, pose: &Pose) -> Vec<Rendered> {
         let of_beam = |beam: &RangeBeam| {
             let rays = rays(beam).map(|aside_rad| {
-                let angle_rad = pose.heading_rad + beam.bearing_rad + aside_rad;
-                self.ray([pose.x_m, pose.y_m], angle_rad)
+                let axis_rad = pose.heading_rad + beam.bearing_rad;
+                self.ray(
+                    [pose.x_m, pose.y_m],
+                    &Direction::new(axis_rad, aside_rad, beam),
+                )
             });
             self.nearest(beam, rays)
         };
@@ -176,15 +179,15 @@ impl Renderer {
         let table = shared.as_ref().map(|shared| {
             let sites = shared.sites.par_iter();
             let rays = sites.flat_map_iter(|site| {
-                let each = shared.direction_rad.iter();
-                each.map(|&angle_rad| self.ray(*site, angle_rad))
+                let each = shared.directions.iter();
+                each.map(|direction| self.ray(*site, direction))
             });
             rays.collect::<Vec<Ray>>()
         });
         let rows = poses.par_iter().enumerate().flat_map_iter(|(k, pose)| {
             let seen = match (&shared, &table) {
                 (Some(shared), Some(table)) => {
-                    let directions = shared.direction_rad.len();
+                    let directions = shared.directions.len();
                     let first = shared.site_of[k] as usize * directions;
                     let rays = &table[first..first + directions];
                     let mut of_heading = shared.directions_of[shared.heading_of[k] as usize].iter();
@@ -206,9 +209,10 @@ impl Renderer {
         Array2::from_shape_fn(shape, |(pose, beam)| flat[pose * shape.1 + beam])
     }
 
-    /// One ray, followed as far as the farthest-seeing beam.
-    fn ray(&self, from_m: [f64; 2], angle_rad: f64) -> Ray {
-        let (sin, cos) = angle_rad.sin_cos();
+    /// One ray from a sensor of a robot at `middle_m`, followed as far as the farthest-seeing beam.
+    fn ray(&self, middle_m: [f64; 2], direction: &Direction) -> Ray {
+        let (sin, cos) = direction.angle_rad.sin_cos();
+        let from_m = direction.from_m(middle_m);
         let from = [0, 1].map(|axis| (from_m[axis] - self.origin_m[axis]) / self.cell_m);
         let most = self.beams.iter().map(|beam| self.most_m(beam));
         let most_m = most.fold(0.0, f64::max);

@@ -32,6 +32,7 @@ fn model(with_route: bool) -> Model {
             unit: "m".into(),
             bearing_rad: Some((0..12).map(|b| f64::from(b) * 0.5235987755982988).collect()),
             maximum: Some(4.7),
+            offset_m: None,
         }],
         values: Array2::from_shape_simple_fn((k, 12), || random.random_range(0.2..5.0)),
         stamp_s: (0..k).map(|k| k as f64).collect(),

@@ -22,18 +22,21 @@ const AROUND: isize = 3;
 /// // A wall two metres to the left of a robot that is turned 0.3 rad to the right.
 /// let scan: Vec<Reading> = (-5..=5)
 ///     .map(|i| f64::from(i) * 0.1)
-///     .map(|aside| Reading { bearing_rad: 1.57 + 0.3 + aside, range_m: 2.0 / aside.cos(), opening_rad: 0.02 })
+///     .map(|aside| Reading {
+///         bearing_rad: 1.57 + 0.3 + aside, offset_m: 0.0, range_m: 2.0 / aside.cos(), returned: true, opening_rad: 0.02
+///     })
 ///     .collect();
 /// assert!((main_direction(&scan).unwrap() - 0.3).abs() < 0.01);
 /// ```
 pub fn main_direction(readings: &[Reading]) -> Option<f64> {
     let mut points: Vec<(f64, f64, f64)> = readings
         .iter()
-        .filter(|r| r.range_m.is_finite() && r.bearing_rad.is_finite())
+        .filter(|r| r.returned && r.range_m.is_finite() && r.bearing_rad.is_finite())
         .map(|r| {
             let bearing_rad = r.bearing_rad.rem_euclid(TAU);
             let (sin, cos) = bearing_rad.sin_cos();
-            (bearing_rad, r.range_m * cos, r.range_m * sin)
+            let from_middle_m = r.offset_m + r.range_m;
+            (bearing_rad, from_middle_m * cos, from_middle_m * sin)
         })
         .collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -91,6 +94,8 @@ mod tests {
                 let range_m = (2.5 / cos.abs()).min(1.5 / sin.abs());
                 Reading {
                     bearing_rad,
+                    offset_m: 0.0,
+                    returned: true,
                     range_m,
                     opening_rad: 0.02,
                 }

@@ -17,7 +17,7 @@
 //! response.
 
 use super::{
-    Learn, Recogniser, Response,
+    Learn, ReadyToMatch, Recogniser, Response,
     signature::{Layout, SignatureConfig},
 };
 use crate::{
@@ -317,6 +317,15 @@ impl Recogniser for Art2 {
     /// The unit that resonates, its ‖r‖ the fit; `None` where all are reset, or the snapshot is nothing but noise.
     fn respond(&self, channels: &[Channel], observation: &Observation) -> Option<Response> {
         self.recognise(&self.input(channels, observation)?)
+    }
+
+    fn ready<'a>(
+        &'a self,
+        channels: &'a [Channel],
+        observation: &'a Observation<'a>,
+    ) -> ReadyToMatch<'a> {
+        let input = self.input(channels, observation);
+        Box::new(move || self.recognise(input.as_ref()?))
     }
 }
 

@@ -5,9 +5,9 @@
 //! hill climb over translations may end short of the best; [`super::alignment`] finds the best, and sooner.
 
 use super::{
-    Learn, Recogniser, Response,
+    Learn, ReadyToMatch, Recogniser, Response,
     alignment::SoughtGrid,
-    local_scan::{LocalScans, ScanConfig, check_spacing},
+    local_scan::{LocalScans, ScanConfig, check_reach, check_spacing},
     occupancy::{CELLS, States},
 };
 use crate::{
@@ -26,8 +26,9 @@ pub struct GridMatchConfig {
     pub scan: ScanConfig,
     /// A snapshot this far from all places, or farther, becomes one, in metres (Duckett & Nehmzow 2000: 1.5).
     pub spacing_m: f64,
-    /// Translations reach this many cells of 15 cm in x and in y, at most 63. Not printed. The default is the
-    /// spacing of the places, 1.5 m: no snapshot on the way is farther from all of them.
+    /// Translations reach this many cells of 15 cm in x and in y, at most 63. Not printed. The default is the spacing of the
+    /// places, 1.5 m: no snapshot on the way is farther from all of them. The paper's T, 13,051 times what comparing 144
+    /// readings costs, pays for about 460 comparisons of 64 × 64 cells; 21 × 21 are 441.
     pub reach_cells: usize,
 }
 
@@ -46,18 +47,8 @@ impl GridMatchConfig {
     /// A usage error that names the first constant out of bounds.
     pub fn check(&self) -> Result<()> {
         check_spacing("grid_match", self.spacing_m)?;
-        check_reach(self.reach_cells)?;
+        check_reach("grid_match", self.reach_cells)?;
         self.scan.check()
-    }
-}
-
-fn check_reach(reach_cells: usize) -> Result<()> {
-    match reach_cells < CELLS {
-        true => Ok(()),
-        false => Err(Error::usage(format!(
-            "grid_match.reach_cells = {reach_cells}: expected at most {}, the last translation that overlaps",
-            CELLS - 1
-        ))),
     }
 }
 
@@ -113,7 +104,7 @@ impl Learn for GridMatch {
 
     fn check(&self) -> Result<()> {
         self.scans.check()?;
-        check_reach(self.reach_cells)?;
+        check_reach("grid_match", self.reach_cells)?;
         match self.places.len() == self.poses.len() && !self.places.is_empty() {
             true => Ok(()),
             false => Err(Error::work(format!(
@@ -149,8 +140,23 @@ impl Recogniser for GridMatch {
     /// The place on which most cells agree under the best translation, the first of several; the fit is their share of 4096.
     fn respond(&self, channels: &[Channel], observation: &Observation) -> Option<Response> {
         let states = self.scans.grid(channels, observation)?;
+        self.best_of(&states)
+    }
+
+    fn ready<'a>(
+        &'a self,
+        channels: &'a [Channel],
+        observation: &'a Observation<'a>,
+    ) -> ReadyToMatch<'a> {
+        let states = self.scans.grid(channels, observation);
+        Box::new(move || self.best_of(states.as_ref()?))
+    }
+}
+
+impl GridMatch {
+    fn best_of(&self, states: &States) -> Option<Response> {
         let (mut best, mut most) = (None, 0);
-        for states in self.scans.turns(states) {
+        for states in self.scans.turns(states.clone()) {
             let sought = SoughtGrid::new(&states, self.reach_cells);
             for (class, place) in self.places.iter().enumerate() {
                 // Places that can't do better than the best so far are soon given up.

@@ -7,7 +7,7 @@
 pub mod net;
 
 use super::{
-    Learn, Recogniser, Response,
+    Learn, ReadyToMatch, Recogniser, Response,
     signature::{Layout, SignatureConfig},
 };
 use crate::{
@@ -189,12 +189,30 @@ impl Recogniser for GrowingCells {
 
     /// The best-matching cell; the fit is minus its distance from the signature.
     fn respond(&self, channels: &[Channel], observation: &Observation) -> Option<Response> {
+        Some(self.best_of(&self.signal(channels, observation)?))
+    }
+
+    fn ready<'a>(
+        &'a self,
+        channels: &'a [Channel],
+        observation: &'a Observation<'a>,
+    ) -> ReadyToMatch<'a> {
+        let signal = self.signal(channels, observation);
+        Box::new(move || Some(self.best_of(signal.as_ref()?)))
+    }
+}
+
+impl GrowingCells {
+    fn signal(&self, channels: &[Channel], observation: &Observation) -> Option<Vec<f64>> {
         let signature = self.layout.of(channels, observation)?;
-        let signal: Vec<f64> = signature.into_iter().map(f64::from).collect();
-        let (class, square) = self.net.best_matching(&signal);
-        Some(Response {
+        Some(signature.into_iter().map(f64::from).collect())
+    }
+
+    fn best_of(&self, signal: &[f64]) -> Response {
+        let (class, square) = self.net.best_matching(signal);
+        Response {
             class,
             fit: -square.sqrt(),
-        })
+        }
     }
 }

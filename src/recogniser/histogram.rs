@@ -100,7 +100,7 @@ impl TryFrom<Vec<[u8; 2]>> for Histogram {
 ///     _ => State::Unknown,
 /// });
 /// let place = HistogramPair::of(&wall);
-/// let itself = Sought::new(&place).best_match(&place);
+/// let itself = Sought::new(&place, 5).best_match(&place);
 /// assert_eq!((itself.x, itself.y), (FULL_MATCH, FULL_MATCH)); // 4096 each
 /// assert_eq!(itself.product(), 16_777_216);
 /// ```
@@ -171,7 +171,7 @@ impl Padded {
     }
 }
 
-/// Sums for every translation, which of them comes when being nobody's business.
+/// Sums for every translation, in the order that [`widen`] leaves them in.
 type Sums = [u16; TRANSLATIONS];
 type Bytes = [u8; TRANSLATIONS];
 
@@ -180,19 +180,28 @@ type Bytes = [u8; TRANSLATIONS];
 pub struct Sought {
     x: Padded,
     y: Padded,
+    /// All bits for translations within reach, none for the others, in the order of sums.
+    within: Sums,
 }
 
 impl Sought {
-    /// For this scan.
-    pub fn new(scan: &HistogramPair) -> Self {
+    /// For this scan, to be moved by up to `reach` elements to either side, at most 63.
+    pub fn new(scan: &HistogramPair, reach: usize) -> Self {
+        let is_within = |t: usize| t.abs_diff(CELLS - 1) <= reach.min(CELLS - 1);
+        let mut within = [0; TRANSLATIONS];
+        widen(
+            &mut within,
+            &std::array::from_fn(|t| u8::from(is_within(t))),
+        );
         Self {
             x: Padded::new(&scan.x),
             y: Padded::new(&scan.y),
+            within: within.map(|is_within| if is_within > 0 { u16::MAX } else { 0 }),
         }
     }
 
-    /// The best match with a place over all translations in x, and in y. The place's histograms stand still, the scan's
-    /// move; elements of the place that the scan's no longer reach are compared with unknown cells.
+    /// The best match with a place over all translations within reach in x, and in y. The place's histograms stand still, the
+    /// scan's move; elements of the place that the scan's no longer reach are compared with unknown cells.
     pub fn best_match(&self, place: &HistogramPair) -> PairMatch {
         let mut one = [PairMatch { x: 0, y: 0 }];
         self.best_matches(std::slice::from_ref(place), &mut one);
@@ -207,9 +216,10 @@ impl Sought {
 
             #[inline(always)]
             fn run(self) {
-                for (place, best) in self.1.iter().zip(self.2) {
-                    best.x = greatest(&match_sums(&place.x, &self.0.x));
-                    best.y = greatest(&match_sums(&place.y, &self.0.y));
+                let Self(sought, places, matches) = self;
+                for (place, best) in places.iter().zip(matches) {
+                    best.x = greatest(&match_sums(&place.x, &sought.x), &sought.within);
+                    best.y = greatest(&match_sums(&place.y, &sought.y), &sought.within);
                 }
             }
         }
@@ -217,16 +227,19 @@ impl Sought {
     }
 }
 
+/// The greatest of the sums within reach.
 #[inline(always)]
-fn greatest(sums: &Sums) -> u32 {
+fn greatest(sums: &Sums, within: &Sums) -> u32 {
     let mut best = 0;
-    for &sum in sums {
+    for (&sum, &within) in sums.iter().zip(within) {
+        let sum = sum & within;
         best = if sum > best { sum } else { best };
     }
     best.into()
 }
 
-/// Match of the stored histogram with the sought one under every translation, in some order.
+/// Match of the stored histogram with the sought one under every translation, in the order that [`widen`] leaves them in. All
+/// of them are made whatever the reach: fewer take no less time, side by side as they are.
 #[inline(always)]
 fn match_sums(stored: &Histogram, sought: &Padded) -> Sums {
     let mut sums = [0; TRANSLATIONS];
@@ -267,8 +280,8 @@ fn add_minima(bytes: &mut Bytes, stored: &Histogram, sought: &Padded, j: usize) 
     }
 }
 
-/// Adds bytes to wider sums, two translations' at a time. Which sum is whose depends on the machine's order of bytes; only
-/// the greatest is asked for.
+/// Adds bytes to wider sums, two translations' at a time. Which sum is whose depends on the machine's order of bytes, but is the
+/// same for all.
 #[inline(always)]
 fn widen(sums: &mut Sums, bytes: &Bytes) {
     let pairs: [u16; TRANSLATIONS / 2] = bytemuck::cast(*bytes);

@@ -59,6 +59,13 @@ pub fn check(
                 answers[k]
             )));
         }
+        let observation = recording.observation(k);
+        let ready = recogniser.ready(recording.channels(), &observation)();
+        if !same(&[ready], &[alone]) {
+            return Err(broken(format!(
+                "snapshot {k} is answered {ready:?} when made ready first, {alone:?} else"
+            )));
+        }
     }
     for (words, value) in [
         ("0", 0.0),

@@ -6,7 +6,7 @@
 use super::{
     angle_histogram::main_direction,
     nearest::spaced,
-    occupancy::{CELL_M, CELLS, OccupancyGrid, Reading, ReadingModel, States},
+    occupancy::{CELLS, OccupancyGrid, Reading, ReadingModel, States},
 };
 use crate::{
     error::{Error, Result},
@@ -26,16 +26,13 @@ pub struct ScanConfig {
     /// Opening that a beam of light is given, radians: of all other range channels. Wide enough that neighbouring beams
     /// leave no gap.
     pub light_opening_rad: f64,
-    /// Is a cone without return empty as far as the sensor reaches? By default it says nothing, as readings beyond a
-    /// sensor's range are dropped by Moravec & Elfes (1985); a Nomad 200 reports its maximum there, and what Duckett &
-    /// Nehmzow (2000) make of it is not printed.
+    /// Is a cone without return empty as far as the sensor reaches, where its channel says how far? A Nomad 200 reports its
+    /// longest range there, a reading like any other, and Duckett & Nehmzow (2000) tell of none that they drop; it
+    /// empties the cone. Else it says nothing, as readings beyond a sensor's range are dropped by Moravec & Elfes (1985).
     pub empty_without_return: bool,
     /// What a reading is worth.
     pub reading: ReadingModel,
 }
-
-/// No cell of the grid is this far from its middle, metres.
-const BEYOND_THE_GRID_M: f64 = CELLS as f64 * CELL_M;
 
 impl Default for ScanConfig {
     /// 30° (Moravec & Elfes 1985), and 2° for laser scanners of a beam a degree.
@@ -44,7 +41,7 @@ impl Default for ScanConfig {
             compass: true,
             sonar_opening_rad: 30_f64.to_radians(),
             light_opening_rad: 2_f64.to_radians(),
-            empty_without_return: false,
+            empty_without_return: true,
             reading: ReadingModel::default(),
         }
     }
@@ -147,11 +144,13 @@ impl LocalScans {
         }
     }
 
-    /// The grid of a snapshot. `None` where nothing came back within the grid's reach, or a channel or the compass is
-    /// lacking.
+    /// The grid of a snapshot. `None` where nothing at all came back, or a channel or the compass is lacking.
     pub fn grid(&self, channels: &[Channel], observation: &Observation) -> Option<States> {
         self.check_channels(channels).ok()?;
         let mut readings = self.readings(channels, observation);
+        if !readings.iter().any(|reading| reading.returned) {
+            return None; // a sensor that is switched off
+        }
         let turn_rad = match self.north_up {
             true => observation.compass_rad.filter(|rad| rad.is_finite())?,
             false => -main_direction(&readings).unwrap_or(0.0),
@@ -190,7 +189,7 @@ impl LocalScans {
         spaced.into_iter().map(place).collect()
     }
 
-    /// All readings that came back, in the robot's frame.
+    /// All readings that say something, in the robot's frame.
     fn readings(&self, channels: &[Channel], observation: &Observation) -> Vec<Reading> {
         let mut readings = Vec::new();
         let mut values = observation.values.iter();
@@ -206,22 +205,25 @@ impl LocalScans {
                 false => self.config.light_opening_rad,
             };
             let no_return_m = channel.maximum.unwrap_or(f64::INFINITY);
-            let reading = |(&range, &bearing_rad): (&f32, &f64)| {
+            let reading = |(value, (&range, &bearing_rad)): (usize, (&f32, &f64))| {
                 let range_m = f64::from(range);
-                let came_back = range_m.is_finite() && range_m < no_return_m;
-                let range_m = match came_back {
+                let returned = range_m.is_finite() && range_m < no_return_m;
+                let range_m = match returned {
                     true => range_m,
-                    // Far enough that nothing occupied comes to lie in the grid.
-                    false if self.config.empty_without_return => no_return_m.max(BEYOND_THE_GRID_M),
+                    false if self.config.empty_without_return => no_return_m,
                     false => return None,
                 };
+                // How far a sensor without a maximum reaches nobody knows.
                 range_m.is_finite().then_some(Reading {
                     bearing_rad,
+                    offset_m: channel.offset_of(value),
                     range_m,
+                    returned,
                     opening_rad,
                 })
             };
-            readings.extend(of_channel.zip(bearing_rad).filter_map(reading));
+            let each = of_channel.zip(bearing_rad).enumerate();
+            readings.extend(each.filter_map(reading));
         }
         readings
     }
@@ -236,6 +238,20 @@ pub(super) fn check_spacing(name: &str, spacing_m: f64) -> Result<()> {
         true => Ok(()),
         false => Err(Error::usage(format!(
             "{name}.spacing_m = {spacing_m}: expected a positive number of metres"
+        ))),
+    }
+}
+
+/// Checks how far grids or histograms of them are moved.
+///
+/// # Errors
+/// A usage error where nothing would overlap any more; `name` is the recogniser's.
+pub(super) fn check_reach(name: &str, reach_cells: usize) -> Result<()> {
+    match reach_cells < CELLS {
+        true => Ok(()),
+        false => Err(Error::usage(format!(
+            "{name}.reach_cells = {reach_cells}: expected at most {}, the last translation that overlaps",
+            CELLS - 1
         ))),
     }
 }

@@ -63,6 +63,9 @@ pub struct Response {
     pub fit: f64,
 }
 
+/// A snapshot of which everything is ready but the match: gives the response.
+pub type ReadyToMatch<'a> = Box<dyn Fn() -> Option<Response> + 'a>;
+
 /// Answers snapshots, one by one.
 pub trait Recogniser: Send + Sync {
     /// Its name in messages.
@@ -86,6 +89,16 @@ pub trait Recogniser: Send + Sync {
     /// The response to one snapshot, `None` where it knows nothing like it or lacks the sensors to tell. It works from
     /// the sensor values (NaN = no return) and the compass, never from odometry or truth.
     fn respond(&self, channels: &[Channel], observation: &Observation) -> Option<Response>;
+
+    /// The same response, what is made of the snapshot alone (a grid, a signature) being made now and the match with what was
+    /// stored left to be done: D00's T is the time of that. To be replaced where the two are apart.
+    fn ready<'a>(
+        &'a self,
+        channels: &'a [Channel],
+        observation: &'a Observation<'a>,
+    ) -> ReadyToMatch<'a> {
+        Box::new(move || self.respond(channels, observation))
+    }
 
     /// The responses to many snapshots of a recording, in the order asked for: the same that [`Recogniser::respond`]
     /// gives, for any number of threads. To be replaced where many together are cheaper than one by one.

@@ -6,7 +6,9 @@
 //! on a route of 54 m that comes back through the same hallway, where 1.5 m of travel each would make 36 (so does D98, 3.1,
 //! for its places). The position is the pose of the mapping part; what answers later does not know it.
 
-use super::{Learn, Recogniser, Response, prototypes::Prototypes, signature::SignatureConfig};
+use super::{
+    Learn, ReadyToMatch, Recogniser, Response, prototypes::Prototypes, signature::SignatureConfig,
+};
 use crate::{
     error::{Error, Result},
     geometry::Pose,
@@ -148,6 +150,15 @@ impl Recogniser for Nearest {
     /// The pattern of largest dot product, which is the fit.
     fn respond(&self, channels: &[Channel], observation: &Observation) -> Option<Response> {
         self.prototypes.respond(channels, observation)
+    }
+
+    fn ready<'a>(
+        &'a self,
+        channels: &'a [Channel],
+        observation: &'a Observation<'a>,
+    ) -> ReadyToMatch<'a> {
+        let signature = self.prototypes.layout().of(channels, observation);
+        Box::new(move || self.prototypes.most_like(signature.as_ref()?))
     }
 
     fn respond_all(&self, recording: &Recording, snapshots: &[usize]) -> Vec<Option<Response>> {

@@ -13,13 +13,17 @@ pub const CELLS: usize = 64;
 /// Side of a cell, metres (Duckett & Nehmzow 2000).
 pub const CELL_M: f64 = 0.15;
 
-/// One reading of a range sensor: a cone, and the range at which there is something.
+/// One reading of a range sensor: a cone, and the range at which there is something, or up to which there is nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Direction of the cone's axis in the grid's frame, radians, counter-clockwise from the grid's x axis.
     pub bearing_rad: f64,
-    /// Distance read, metres from the middle of the grid.
+    /// Where the cone begins: how far along its axis the sensor sits from the middle of the grid, metres.
+    pub offset_m: f64,
+    /// Distance read, metres from the sensor; where nothing came back, how far the sensor reaches.
     pub range_m: f64,
+    /// Did anything come back? Else the cone is empty as far as the sensor reaches.
+    pub returned: bool,
     /// Full opening ω of the cone, radians.
     pub opening_rad: f64,
 }
@@ -143,7 +147,7 @@ impl TryFrom<Vec<[u64; 2]>> for States {
 ///
 /// ```
 /// use ballmark::recogniser::occupancy::{OccupancyGrid, Reading, ReadingModel, State};
-/// let ahead = Reading { bearing_rad: 0.0, range_m: 2.0, opening_rad: 0.4 };
+/// let ahead = Reading { bearing_rad: 0.0, offset_m: 0.0, range_m: 2.0, returned: true, opening_rad: 0.4 };
 /// let grid = OccupancyGrid::of(&[ahead], &ReadingModel::default());
 /// let states = grid.states();
 /// assert_eq!(states.at(32 + 6, 32), State::Empty); // a metre ahead
@@ -171,13 +175,14 @@ impl OccupancyGrid {
             reading.range_m.is_finite()
                 && reading.range_m >= model.minimum_m
                 && reading.bearing_rad.is_finite()
+                && reading.offset_m.is_finite()
                 && reading.opening_rad > 0.0
         });
         for reading in heard.clone() {
             grid.superpose_empty(reading, model);
         }
         let mut arc = Vec::new();
-        for reading in heard {
+        for reading in heard.filter(|reading| reading.returned) {
             grid.superpose_occupied(reading, model, &mut arc);
         }
         grid
@@ -190,11 +195,11 @@ impl OccupancyGrid {
         if depth_m <= 0.0 {
             return;
         }
-        for (cell, off_axis) in CONES.within(reading) {
-            let share = (cell.distance_m - model.minimum_m) / depth_m;
+        for seen in CONES.within(reading) {
+            let share = (seen.distance_m - model.minimum_m) / depth_m;
             if (0.0..=1.0).contains(&share) {
-                let empty = (1.0 - share * share) * aside(off_axis, reading);
-                let known = &mut self.empty[cell.index];
+                let empty = (1.0 - share * share) * aside(seen.off_axis_rad, reading);
+                let known = &mut self.empty[seen.index];
                 *known += empty - *known * empty;
             }
         }
@@ -210,11 +215,11 @@ impl OccupancyGrid {
         arc: &mut Vec<(usize, f64)>,
     ) {
         arc.clear();
-        for (cell, off_axis) in CONES.within(reading) {
-            let share = (cell.distance_m - reading.range_m) / model.range_error_m;
+        for seen in CONES.within(reading) {
+            let share = (seen.distance_m - reading.range_m) / model.range_error_m;
             if (-1.0..=1.0).contains(&share) {
-                let occupied = (1.0 - share * share) * aside(off_axis, reading);
-                arc.push((cell.index, occupied * (1.0 - self.empty[cell.index])));
+                let occupied = (1.0 - share * share) * aside(seen.off_axis_rad, reading);
+                arc.push((seen.index, occupied * (1.0 - self.empty[seen.index])));
             }
         }
         let sum: f64 = arc.iter().map(|(_, occupied)| occupied).sum();
@@ -260,11 +265,38 @@ fn aside(off_axis_rad: f64, reading: &Reading) -> f64 {
     (1.0 - share * share).max(0.0)
 }
 
-/// A cell's middle as the robot sees it.
+/// A cell's middle as a sensor has it in its cone.
+struct Seen {
+    index: usize,
+    distance_m: f64,
+    /// θ
+    off_axis_rad: f64,
+}
+
+/// A cell's middle as the robot's middle sees it.
 struct Cell {
     bearing_rad: f64,
     distance_m: f64,
     index: usize,
+}
+
+impl Cell {
+    /// Off the axis by this angle at the robot's middle, from a sensor that sits so far out on the axis.
+    fn seen(&self, off_axis_rad: f64, offset_m: f64) -> Seen {
+        let (distance_m, off_axis_rad) = match offset_m {
+            0.0 => (self.distance_m, off_axis_rad),
+            offset_m => {
+                let (sin, cos) = off_axis_rad.sin_cos();
+                let [ahead_m, left_m] = [self.distance_m * cos - offset_m, self.distance_m * sin];
+                (ahead_m.hypot(left_m), left_m.atan2(ahead_m))
+            }
+        };
+        Seen {
+            index: self.index,
+            distance_m,
+            off_axis_rad,
+        }
+    }
 }
 
 /// All cells by their bearing, so that a cone need not be looked for among all of them.
@@ -287,8 +319,9 @@ static CONES: LazyLock<Cones> = LazyLock::new(|| {
 });
 
 impl Cones {
-    /// The cells in a reading's cone, each with its angle θ off the axis.
-    fn within(&self, reading: &Reading) -> impl Iterator<Item = (&Cell, f64)> {
+    /// The cells in a reading's cone. One that begins farther out lies within one of the same opening from the middle.
+    fn within(&self, reading: &Reading) -> impl Iterator<Item = Seen> {
+        let offset_m = reading.offset_m;
         let half = reading.opening_rad.min(TAU) / 2.0;
         let axis = reading.bearing_rad.rem_euclid(TAU);
         // A cone across bearing 0 has two stretches.
@@ -297,7 +330,10 @@ impl Cones {
             let first = self.0.partition_point(|c| c.bearing_rad < axis - half);
             let end = self.0.partition_point(|c| c.bearing_rad <= axis + half);
             let stretch = self.0.get(first..end).unwrap_or_default();
-            stretch.iter().map(move |c| (c, c.bearing_rad - axis))
+            let seen = stretch
+                .iter()
+                .map(move |c| c.seen(c.bearing_rad - axis, offset_m));
+            seen.filter(move |seen| seen.off_axis_rad.abs() <= half)
         })
     }
 }

@@ -4,7 +4,9 @@
 //! D00 uses it: normalised readings, compared by their dot product; "during training, a new pattern is created if the input
 //! pattern fails to lie within a fixed sphere of any existing pattern". Spheres don't shrink and patterns don't move.
 
-use super::{Learn, Recogniser, Response, prototypes::Prototypes, signature::SignatureConfig};
+use super::{
+    Learn, ReadyToMatch, Recogniser, Response, prototypes::Prototypes, signature::SignatureConfig,
+};
 use crate::{
     error::{Error, Result},
     recording::{Channel, Observation, Recording},
@@ -120,6 +122,15 @@ impl Recogniser for Rce {
     /// The nearest pattern, whether its sphere holds the snapshot or not (D00, Figure 3); the fit is the dot product.
     fn respond(&self, channels: &[Channel], observation: &Observation) -> Option<Response> {
         self.prototypes.respond(channels, observation)
+    }
+
+    fn ready<'a>(
+        &'a self,
+        channels: &'a [Channel],
+        observation: &'a Observation<'a>,
+    ) -> ReadyToMatch<'a> {
+        let signature = self.prototypes.layout().of(channels, observation);
+        Box::new(move || self.prototypes.most_like(signature.as_ref()?))
     }
 
     fn respond_all(&self, recording: &Recording, snapshots: &[usize]) -> Vec<Option<Response>> {

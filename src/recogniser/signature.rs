@@ -33,6 +33,18 @@ impl Default for SignatureConfig {
     }
 }
 
+/// What a channel's readings are divided by.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Normalisation {
+    /// Their Euclidean length: a channel of a signature has length 1.
+    #[default]
+    Length,
+    /// The sensor's longest range: each reading is a share of it.
+    Maximum,
+}
+
 /// How a snapshot becomes a signature; fitted once on the mapping part and kept with what was learned from it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -121,7 +133,7 @@ impl Layout {
     ///
     /// ```
     /// use ballmark::{geometry::Pose, recording::{Channel, Columns, Recording}, recogniser::signature::{Layout, SignatureConfig}};
-    /// let sonar = Channel { name: "sonar".into(), width: 2, unit: "m".into(), bearing_rad: None, maximum: Some(4.0) };
+    /// let sonar = Channel { name: "sonar".into(), width: 2, unit: "m".into(), bearing_rad: None, maximum: Some(4.0), offset_m: None };
     /// let recording = Recording::new(Columns {
     ///     channels: vec![sonar],
     ///     values: ndarray::array![[3.0, f32::NAN]], // no return: 4 m
@@ -136,6 +148,16 @@ impl Layout {
     /// # Ok::<(), ballmark::Error>(())
     /// ```
     pub fn of(&self, channels: &[Channel], observation: &Observation) -> Option<Vec<f32>> {
+        self.normalised(Normalisation::Length, channels, observation)
+    }
+
+    /// The same with readings divided by something else. `None` as [`Layout::of`].
+    pub fn normalised(
+        &self,
+        by: Normalisation,
+        channels: &[Channel],
+        observation: &Observation,
+    ) -> Option<Vec<f32>> {
         let mut signature = Vec::with_capacity(self.width());
         for wanted in &self.channels {
             let start = wanted.find(channels).ok()?;
@@ -154,7 +176,13 @@ impl Layout {
                 }
                 _ => signature.extend((0..wanted.width).map(reading)),
             }
-            to_unit_length(&mut signature[from..]);
+            match by {
+                Normalisation::Length => to_unit_length(&mut signature[from..]),
+                Normalisation::Maximum => {
+                    let own = signature[from..].iter_mut();
+                    own.for_each(|reading| *reading /= wanted.maximum);
+                }
+            }
         }
         (!signature.is_empty()).then_some(signature)
     }

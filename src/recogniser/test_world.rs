@@ -64,6 +64,7 @@ fn recording(values: Array2<f32>, pose: Vec<Pose>) -> Recording {
             unit: "m".into(),
             bearing_rad: Some((0..SONARS).map(bearing).collect()),
             maximum: Some(5.0),
+            offset_m: None,
         }],
         values,
         stamp_s: (0..k).map(|k| k as f64).collect(),

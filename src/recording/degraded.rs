@@ -148,6 +148,9 @@ impl Degraded {
             });
             channel.width = kept.len();
             channel.bearing_rad = Some(kept.iter().map(|&beam| bearing_rad[beam]).collect());
+            if let Some(offset_m) = channel.offset_m.take() {
+                channel.offset_m = Some(kept.iter().map(|&beam| offset_m[beam]).collect());
+            }
             kept_values.extend(kept.iter().map(|beam| own.start + beam));
             if let Some(reach_m) = self.reach_m {
                 channel.maximum = Some(channel.maximum.map_or(reach_m, |m| m.min(reach_m)));

@@ -123,6 +123,7 @@ pub fn channels_with_history(channels: &[Channel], back_m: &[f64]) -> Vec<Channe
         all.extend(channels.iter().map(|channel| Channel {
             name: format!("{}@{back_m}m", channel.name),
             bearing_rad: None,
+            offset_m: None,
             ..channel.clone()
         }));
         all.push(Channel {
@@ -131,6 +132,7 @@ pub fn channels_with_history(channels: &[Channel], back_m: &[f64]) -> Vec<Channe
             unit: "m, m, rad".to_string(),
             bearing_rad: None,
             maximum: None,
+            offset_m: None,
         });
     }
     all
@@ -233,6 +235,7 @@ mod tests {
                 unit: "dBm".into(),
                 bearing_rad: None,
                 maximum: None,
+                offset_m: None,
             }],
             values: Array2::from_shape_fn((10, 2), |(k, i)| -((10 * k + i) as f32)),
             stamp_s: (0..10).map(f64::from).collect(),

@@ -75,6 +75,16 @@ pub(super) fn check(
             channel.name
         ));
     }
+    let mut pairs = first.channels.iter().zip(&next.channels);
+    let differ = |(a, b): &(&Channel, &Channel)| {
+        (0..a.width).any(|value| a.offset_of(value) != b.offset_of(value))
+    };
+    if let Some((channel, _)) = pairs.find(differ) {
+        return Err(format!(
+            "channel `{}`: its `offset_m` differs from that of {first_name}; expected the same",
+            channel.name
+        ));
+    }
     for (what, in_first, in_next) in [
         (
             "a compass",
@@ -151,6 +161,7 @@ mod tests {
             unit: "m".into(),
             bearing_rad: Some(vec![0.0, 1.0]),
             maximum: Some(10.0 + f64::from(shift)),
+            offset_m: None,
         };
         let pose: Vec<Pose> = (0..10).map(|k| Pose::new(f64::from(k), 0.0, 0.0)).collect();
         let mut values = Array2::from_shape_fn((10, 2), |(k, c)| (k + c) as f32 + shift);

@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// One sensor, or one kind of sensor: its name and what its values mean.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
     /// Name, also that of its array in a dataset: `laser`, `sonar`, `camera`, …
     pub name: String,
@@ -41,9 +41,50 @@ pub struct Channel {
     pub bearing_rad: Option<Vec<f64>>,
     /// Reading from which on there was no return, where the channel has such a limit.
     pub maximum: Option<f64>,
+    /// How far from the robot's middle each value's sensor sits, in metres along its bearing: ranges count from there. None: all
+    /// in the middle. Sonars of a Nomad 200, for one, sit on a ring, and count from its rim.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset_m: Option<Vec<f64>>,
 }
 
+/// No robot is so wide, metres: a sensor farther out is given in another unit.
+const FARTHEST_OUT_M: f64 = 100.0;
+
 impl Channel {
+    /// Distance of a value's sensor from the robot's middle, in metres: of [`Channel::offset_m`], or 0.
+    pub fn offset_of(&self, value: usize) -> f64 {
+        let offset_m = self.offset_m.as_ref().and_then(|all| all.get(value));
+        offset_m.copied().unwrap_or(0.0)
+    }
+
+    /// # Errors
+    /// What is wrong with the offsets, in words.
+    fn check_offsets(&self) -> std::result::Result<(), String> {
+        let Some(offset_m) = &self.offset_m else {
+            return Ok(());
+        };
+        if self.bearing_rad.is_none() {
+            return Err(
+                "`offset_m` without `bearing_rad`; expected offsets only along known bearings"
+                    .into(),
+            );
+        }
+        if offset_m.len() != self.width {
+            return Err(format!(
+                "{} numbers in `offset_m` for {} values; expected one each",
+                offset_m.len(),
+                self.width
+            ));
+        }
+        let bad = |m: &&f64| !(0.0..=FARTHEST_OUT_M).contains(*m);
+        match offset_m.iter().find(bad) {
+            Some(m) => Err(format!(
+                "`offset_m` of {m}; expected metres from the robot's middle, 0 to {FARTHEST_OUT_M}"
+            )),
+            None => Ok(()),
+        }
+    }
+
     /// Are these ranges in known directions: what people can be in the way of?
     pub(crate) fn is_scan(&self) -> bool {
         self.unit == "m" && self.bearing_rad.is_some()
@@ -96,7 +137,7 @@ pub struct Columns {
 ///
 /// ```
 /// use ballmark::{geometry::Pose, recording::{Channel, Columns, Recording}};
-/// let light = Channel { name: "light".into(), width: 1, unit: "lux".into(), bearing_rad: None, maximum: None };
+/// let light = Channel { name: "light".into(), width: 1, unit: "lux".into(), bearing_rad: None, maximum: None, offset_m: None };
 /// let recording = Recording::new(Columns {
 ///     channels: vec![light],
 ///     values: ndarray::array![[3.0], [5.0]],
@@ -120,7 +161,7 @@ impl Recording {
     ///
     /// # Errors
     /// Where lengths differ, a pose, odometry, stamp, route or compass value is not finite, there is no snapshot or no
-    /// channel, two channels share a name, or a channel's bearings don't match its width. The message names the column
+    /// channel, two channels share a name, or a channel's bearings or offsets don't match its width. The message names the column
     /// and the first snapshot at fault.
     pub fn new(columns: Columns) -> Result<Self> {
         let k = columns.values.nrows();
@@ -174,6 +215,8 @@ impl Recording {
                     format!("{} bearings for {} values", bearings.len(), channel.width),
                 ));
             }
+            let offsets = channel.check_offsets();
+            offsets.map_err(|fault| wrong(&channel.name, fault))?;
         }
         let width: usize = columns.channels.iter().map(|channel| channel.width).sum();
         if width != columns.values.ncols() {

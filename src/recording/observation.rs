@@ -28,7 +28,7 @@ impl<'a> Observation<'a> {
     ///
     /// ```
     /// use ballmark::{geometry::Pose, recording::{Channel, Observation}};
-    /// let sonar = Channel { name: "sonar".into(), width: 2, unit: "m".into(), bearing_rad: None, maximum: Some(5.0) };
+    /// let sonar = Channel { name: "sonar".into(), width: 2, unit: "m".into(), bearing_rad: None, maximum: Some(5.0), offset_m: None };
     /// let channels = [sonar];
     /// let observation = Observation::new(&channels, &[1.5, f32::NAN], 12.0, Pose::new(3.0, 0.0, 0.1))?;
     /// assert_eq!(observation.values[0], 1.5);

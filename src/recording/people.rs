@@ -135,6 +135,7 @@ mod tests {
             unit: "m".into(),
             bearing_rad: Some((0..180).map(|b| f64::from(b).to_radians()).collect()),
             maximum: Some(8.0),
+            offset_m: None,
         };
         let light = Channel {
             name: "light".into(),
@@ -142,6 +143,7 @@ mod tests {
             unit: "lux".into(),
             bearing_rad: None,
             maximum: None,
+            offset_m: None,
         };
         let mut values = ndarray::Array2::from_elem((3, 182), 4.0);
         values[(1, 7)] = f32::NAN; // no return

@@ -151,6 +151,8 @@ impl Infrared {
             unit: "m".into(),
             bearing_rad: Some(beams.map(|beam| self.bearing_rad(beam)).collect()),
             maximum: Some(self.config.maximum_m),
+            offset_m: (self.config.ring_radius_m > 0.0)
+                .then(|| vec![self.config.ring_radius_m; self.config.beams]),
         }
     }
 

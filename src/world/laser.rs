@@ -149,6 +149,7 @@ impl Laser {
             unit: "m".into(),
             bearing_rad: Some(beams.map(|beam| self.bearing_rad(beam)).collect()),
             maximum: Some(self.config.maximum_m),
+            offset_m: None,
         }
     }
 

@@ -106,6 +106,8 @@ impl Sonar {
             unit: "m".into(),
             bearing_rad: Some((0..width).map(|value| self.bearing_rad(value)).collect()),
             maximum: Some(self.config.maximum_m),
+            offset_m: (self.config.ring_radius_m > 0.0)
+                .then(|| vec![self.config.ring_radius_m; width]),
         }
     }
 

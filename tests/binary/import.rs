@@ -358,6 +358,34 @@ fn damaged_datasets_name_the_array() {
             &["array `meta`", "a channel named `pose`"],
         ),
         (
+            "meta",
+            Some(meta(
+                r#"{"channels": {"light": {"unit": "m", "bearing_rad": [0, 1], "offset_m": [0.2]}}}"#,
+            )),
+            &["`light`", "1 numbers in `offset_m` for 2 values"],
+        ),
+        (
+            "meta",
+            Some(meta(
+                r#"{"channels": {"light": {"unit": "m", "bearing_rad": [0, 1], "offset_m": [0.2, -0.2]}}}"#,
+            )),
+            &["`light`", "`offset_m` of -0.2", "0 to 100"],
+        ),
+        (
+            "meta",
+            Some(meta(
+                r#"{"channels": {"light": {"unit": "m", "bearing_rad": [0, 1], "offset_m": [0.2, NaN]}}}"#,
+            )),
+            &["array `meta`", "expected JSON"],
+        ),
+        (
+            "meta",
+            Some(meta(
+                r#"{"channels": {"light": {"unit": "m", "offset_m": [0.2, 0.2]}}}"#,
+            )),
+            &["`light`", "`offset_m` without `bearing_rad`"],
+        ),
+        (
             "light",
             Some(npy("<f4", "(1, 25000000)", &vec![0; 100_000_000])),
             &["array `light`", "claims to unpack"],

@@ -58,6 +58,9 @@ fn a_world_becomes_a_dataset_and_a_picture() {
     let told: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
     assert_eq!((&told["world"], &told["runs"]), (&"hall".into(), &2.into()));
     assert_eq!(told["channels"][0]["values"], 8);
+    // The sonars sit on the rim of a B21, and the file says so.
+    let recording = ballmark::recording::npz::read(&place.path("out.npz")).unwrap();
+    assert_eq!(recording.channels()[0].offset_m, Some(vec![0.26; 8]));
     let again = place.ballmark(&["import", "out.npz", "-o", "again.npz"]);
     assert!(again.done().stdout.contains("sonar: 8 values in m"));
 }

@@ -44,6 +44,7 @@ fn scattered(name: &str, snapshots: usize) -> LabelledReadings {
         unit: "dBm".into(),
         bearing_rad: None,
         maximum: None,
+        offset_m: None,
     };
     LabelledReadings {
         channels: vec![wifi],

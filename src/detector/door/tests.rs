@@ -14,6 +14,7 @@ fn seen(snapshots: &[([f32; WIDTH], Option<[f32; 2]>)]) -> Recording {
         unit: "m".into(),
         bearing_rad: Some((0..WIDTH).map(|i| i as f64 * FRAC_PI_2).collect()),
         maximum: Some(10.0),
+        offset_m: None,
     };
     let camera = Channel {
         name: "camera".into(),
@@ -21,6 +22,7 @@ fn seen(snapshots: &[([f32; WIDTH], Option<[f32; 2]>)]) -> Recording {
         unit: "1".into(),
         bearing_rad: None,
         maximum: None,
+        offset_m: None,
     };
     let (k, with_camera) = (snapshots.len(), snapshots[0].1.is_some());
     let value = |(k, i): (usize, usize)| {

@@ -140,6 +140,7 @@ impl ChannelInput {
         let thinned = Channel {
             width: kept.len(),
             bearing_rad: Some(kept.iter().map(|&beam| bearing_rad[beam]).collect()),
+            offset_m: None, // sectors are of directions alone
             ..own.clone()
         };
         let mut of_beams = self.looked_into_by(own, &thinned)?;

@@ -15,6 +15,7 @@ fn laser(beams: usize) -> Channel {
         unit: "m".into(),
         bearing_rad: Some((0..beams).map(|b| TAU * b as f64 / beams as f64).collect()),
         maximum: None,
+        offset_m: None,
     }
 }
 
@@ -113,6 +114,7 @@ fn what_is_no_range_is_refused() {
         unit: "lux".into(),
         bearing_rad: None,
         maximum: None,
+        offset_m: None,
     };
     let channels = vec![laser(4), light];
     let values = ndarray::array![[1.0, 2.0, 3.0, 4.0, 5.0], [2.0, 3.0, 4.0, 6.0, 9.0]];

@@ -52,6 +52,7 @@ fn what_cannot_be_drawn_anew_is_answered_as_it_is() {
         unit: "lux".into(),
         bearing_rad: None,
         maximum: None,
+        offset_m: None,
     };
     let values = ndarray::array![[3.0_f32, 1.0], [7.0, 2.0]];
     let viewed = Viewed::new(First, 3, Seed(4));

@@ -305,6 +305,16 @@ impl CompareConfig {
         self.landmarks
             .as_ref()
             .map_or(Ok(()), LandmarksConfig::check)?;
+        let unknown = |name: &&String| self.dataset.iter().all(|d| d.name != **name);
+        let mut named = self.recognition.iter().flat_map(|r| r.responses_of.keys());
+        if let Some(name) = named.find(unknown) {
+            let names: Vec<&str> = self.dataset.iter().map(|d| d.name.as_str()).collect();
+            return Err(Error::usage(format!(
+                "recognition.responses_of.{}: no [[dataset]] of that name; expected one of {}",
+                name.escape_debug(),
+                names.join(", ").escape_debug()
+            )));
+        }
         type TakesPart = fn(&System) -> bool;
         let sections: [(&str, bool, TakesPart, &str); 5] = [
             (

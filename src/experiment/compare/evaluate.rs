@@ -83,7 +83,10 @@ impl Evaluator<'_, '_> {
         if let Some(section) = &mut record.recognition {
             let binning = self.binning(section.config.bin_m);
             let shared = binning.and_then(|binning| match &self.protocol {
-                Ok(protocol) => Ok((binning, section.config.wanted(protocol, self.seed())?)),
+                Ok(protocol) => {
+                    let wanted = section.config.wanted(self.dataset, protocol, self.seed())?;
+                    Ok((binning, wanted))
+                }
                 Err(fault) => Err(Error::work(fault.to_string())),
             });
             let tuned: RefCell<HashMap<usize, Box<dyn Recogniser>>> = RefCell::default();

@@ -45,6 +45,7 @@ fn corridor() -> Recording {
         unit: String::new(),
         bearing_rad: None,
         maximum: None,
+        offset_m: None,
     };
     Recording::new(Columns {
         channels: vec![light],

@@ -83,7 +83,7 @@ fn without_a_number_the_nearest_neighbour_sets_it() {
     let recording = recording();
     let protocol = protocol(&recording);
     let binning = protocol.binning(6.0).unwrap();
-    let wanted = quick().wanted(&protocol, Seed(1)).unwrap();
+    let wanted = quick().wanted("a hall", &protocol, Seed(1)).unwrap();
     let nearest = Kind::Nearest.default_config();
     let as_it_is = recognise(&protocol, &binning, &nearest, None, &quick(), Seed(1)).unwrap();
     assert_eq!(as_it_is.record.config, nearest.to_json().unwrap());

@@ -25,6 +25,7 @@ fn rounds(metres: f64) -> Recording {
         unit: "lux".into(),
         bearing_rad: None,
         maximum: None,
+        offset_m: None,
     };
     Recording::new(Columns {
         channels: vec![channel],

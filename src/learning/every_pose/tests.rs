@@ -30,6 +30,7 @@ fn recording(route: bool) -> Recording {
             unit: "m".into(),
             bearing_rad: Some((0..beams).map(|b| TAU * b as f64 / beams as f64).collect()),
             maximum: None,
+            offset_m: None,
         }],
         values: Array2::from_shape_fn((k, beams), |(k, beam)| range(&pose[k], beam)),
         stamp_s: (0..k).map(|k| k as f64).collect(),

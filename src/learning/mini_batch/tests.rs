@@ -12,6 +12,7 @@ fn recording() -> Recording {
         unit: unit.into(),
         bearing_rad,
         maximum: None,
+        offset_m: None,
     };
     let bearing_rad: Vec<f64> = (0..9).map(|b| f64::from(b) * 0.2 - 0.8).collect();
     let pose: Vec<Pose> = (0..144)

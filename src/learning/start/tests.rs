@@ -17,6 +17,7 @@ fn recording(beams: usize, view_deg: f64) -> Recording {
             unit: "m".into(),
             bearing_rad: Some((0..beams).map(bearing_rad).collect()),
             maximum: None,
+            offset_m: None,
         }],
         values: Array2::from_shape_fn((k, beams), |(k, b)| 1.0 + 0.1 * (k * 7 + b * 3 % 11) as f32),
         stamp_s: (0..k).map(|k| k as f64).collect(),

@@ -47,6 +47,7 @@ fn recording_of(per_run: usize) -> Recording {
         unit: "lux".into(),
         bearing_rad: None,
         maximum: None,
+        offset_m: None,
     };
     Recording::new(Columns {
         channels: vec![channel],

@@ -3,7 +3,7 @@
 use super::EvidenceBased;
 use crate::{
     geometry::{Pose, wrapped},
-    localiser::{Estimate, Step, place_map::PlaceMap},
+    localiser::{Estimate, Probable, Step, place_map::PlaceMap},
     recording::{Channel, Observation},
     seed::Stream,
 };
@@ -19,7 +19,8 @@ const INITIAL_VARIANCE: f64 = 1.0;
 pub struct Hypothesis {
     /// The number of the place.
     pub place: usize,
-    /// x_h, y_h, and the heading that goes with them: where exactly, by all that was seen and reckoned so far.
+    /// x_h, y_h, and the heading that goes with them: where exactly, by all that was seen and reckoned so far, in the
+    /// frame of the map's reckoning.
     pub pose: Pose,
     /// v_h, in units that don't matter.
     pub variance: f64,
@@ -123,9 +124,15 @@ impl<'a> Hypotheses<'a> {
         }
         Step {
             estimate: self.answer.map(Estimate::Class),
-            posterior: self.set.iter().map(probable).collect(),
+            posterior: self.set.iter().map(|h| self.probable(h)).collect(),
             ..Step::default()
         }
+    }
+
+    /// Where a hypothesis is in the frame of the mapping part's poses, and p(h).
+    fn probable(&self, h: &Hypothesis) -> Probable {
+        let [x_m, y_m] = self.map().places()[h.place].reckoned_off_m;
+        ([h.pose.x_m - x_m, h.pose.y_m - y_m], h.probability())
     }
 
     fn map(&self) -> &'a PlaceMap {
@@ -225,7 +232,7 @@ impl<'a> Hypotheses<'a> {
             .filter(|(_, (_, d))| f64::from(**d) < threshold)
             .map(|(place, (of, d))| Hypothesis {
                 place,
-                pose: of.pose,
+                pose: of.reckoned(),
                 variance: INITIAL_VARIANCE,
                 log_probability: -(f64::from(*d) / width).powi(2),
             })
@@ -285,10 +292,6 @@ fn normalise(set: &mut [Hypothesis]) {
     for h in set {
         h.log_probability -= most + sum.ln();
     }
-}
-
-fn probable(h: &Hypothesis) -> crate::localiser::Probable {
-    ([h.pose.x_m, h.pose.y_m], h.probability())
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ fn ring() -> Channel {
         unit: "m".into(),
         bearing_rad: Some((0..12).map(bearing).collect()),
         maximum: Some(6.0),
+        offset_m: None,
     }
 }
 

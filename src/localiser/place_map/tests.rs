@@ -11,6 +11,7 @@ fn recording(poses: &[Pose], sees: impl Fn(usize) -> [f32; 8], compass: bool) ->
         unit: "m".into(),
         bearing_rad: Some((0..4).map(|i| f64::from(i) * PI / 2.0).collect()),
         maximum: Some(5.0),
+        offset_m: None,
     };
     let k = poses.len();
     Recording::new(Columns {

@@ -32,6 +32,7 @@ fn corridor() -> Recording {
         unit: "m".into(),
         bearing_rad: None,
         maximum: Some(8.0),
+        offset_m: None,
     };
     let pose: Vec<Pose> = (0..PLACES)
         .map(|k| Pose::new(0.5 * k as f64, 0.0, 0.1 * (k % 3) as f64))

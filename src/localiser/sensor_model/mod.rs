@@ -31,7 +31,7 @@
 //!
 //! let corridor = std::sync::Arc::new(Places::Route(vec![0.0, 1.0, 2.0, 3.0]));
 //! let belief = Belief::uniform(&corridor)?;
-//! let channels = [Channel { name: "sonar".into(), width: 1, unit: "m".into(), bearing_rad: None, maximum: None }];
+//! let channels = [Channel { name: "sonar".into(), width: 1, unit: "m".into(), bearing_rad: None, maximum: None, offset_m: None }];
 //! let observation = Observation::new(&channels, &[2.1], 0.0, Pose::default())?;
 //! let log_likelihood = EndWall { at_m: 4.0 }.log_likelihood(&observation, &belief, &mut Seed(1).stream("unused"))?;
 //! assert!(log_likelihood[2] > log_likelihood[1] && log_likelihood[2] > log_likelihood[3]);

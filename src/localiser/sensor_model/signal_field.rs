@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// use std::sync::Arc;
 /// // Two passes along 10 m, with a lamp at the end.
 /// let pose: Vec<Pose> = (0..80).map(|k| Pose::new(0.25 * f64::from(k % 40), 0.1, 0.0)).collect();
-/// let light = Channel { name: "light".into(), width: 1, unit: "lux".into(), bearing_rad: None, maximum: None };
+/// let light = Channel { name: "light".into(), width: 1, unit: "lux".into(), bearing_rad: None, maximum: None, offset_m: None };
 /// let lux = |pose: &Pose| (500.0 / (11.0 - pose.x_m)) as f32;
 /// let recording = Recording::new(Columns {
 ///     channels: vec![light],

@@ -1,7 +1,6 @@
 //! How often beams ended in the cells of an occupancy map, and how often scans crossed them.
 
 use super::{Occupancy, OccupancyMapConfig};
-use crate::mapping::RangeBeam;
 
 /// Looks at every cell.
 ///
@@ -21,23 +20,18 @@ pub(super) struct Looks {
 
 /// A beam that came back: in the frame of the cells, in cells.
 pub(super) struct Echo {
-    from: [f64; 2],
-    angle_rad: f64,
-    opening_rad: f64,
-    range: f64,
+    /// The robot's middle.
+    pub(super) middle: [f64; 2],
+    /// Where its sensor sits, `offset` from there.
+    pub(super) from: [f64; 2],
+    pub(super) angle_rad: f64,
+    pub(super) opening_rad: f64,
+    pub(super) offset: f64,
+    /// Counts from the sensor.
+    pub(super) range: f64,
 }
 
 impl Echo {
-    /// `from` in cells, at a heading, with a reading in cells.
-    pub(super) fn new(from: [f64; 2], heading_rad: f64, beam: &RangeBeam, range: f64) -> Self {
-        Self {
-            from,
-            angle_rad: heading_rad + beam.bearing_rad,
-            opening_rad: beam.opening_rad,
-            range,
-        }
-    }
-
     /// Directions through it, so near to each other that on the arc no cell is left out.
     fn directions(&self) -> impl Iterator<Item = [f64; 2]> {
         let steps = (self.opening_rad * self.range).ceil().max(0.0) as usize;
@@ -75,12 +69,12 @@ impl Looks {
         within.then(|| row as usize * self.size[0] + column as usize)
     }
 
-    /// Counts what an echo of a scan crossed, `farthest` cells along it at most.
+    /// Counts what an echo of a scan crossed, `farthest` cells along it at most, and what the robot stands on before its sensor.
     pub(super) fn way(&mut self, echo: &Echo, farthest: f64, scan: u32) {
         // Two cells before the end still belong to what was hit.
-        let length = (echo.range - 2.0).min(farthest);
+        let length = (echo.offset + echo.range - 2.0).min(farthest);
         let (sin, cos) = echo.angle_rad.sin_cos();
-        self.cross(echo.from, [cos, sin], length, scan);
+        self.cross(echo.middle, [cos, sin], length, scan);
     }
 
     /// Counts where an echo came from.

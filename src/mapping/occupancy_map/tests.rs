@@ -10,6 +10,7 @@ fn cones_before_a_wall(poses: &[Pose]) -> Recording {
         unit: "m".into(),
         bearing_rad: Some(vec![0.0]),
         maximum: None,
+        offset_m: None,
     };
     let half_rad = 15f64.to_radians();
     let readings = poses.iter().map(|pose| {

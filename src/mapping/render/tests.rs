@@ -27,6 +27,7 @@ fn channel(name: &str, beams: usize, maximum: Option<f64>) -> Channel {
         unit: "m".into(),
         bearing_rad: Some((0..beams).map(|b| TAU * b as f64 / beams as f64).collect()),
         maximum,
+        offset_m: None,
     }
 }
 
@@ -105,7 +106,7 @@ fn many_poses_see_what_each_alone_sees_whether_they_share_directions_or_not() {
         .map(|(x, y, h)| Pose::new(x, y, h))
         .collect();
     let shared = SharedDirections::of(&turning, renderer.beams()).unwrap();
-    assert_eq!(shared.direction_rad.len(), 144); // 2.5° apart
+    assert_eq!(shared.directions.len(), 144); // 2.5° apart
     for poses in [alone, turning] {
         let all = renderer.at_all(&poses);
         let mut differ = 0;
@@ -158,4 +159,107 @@ fn values_without_sense_are_refused_by_name() {
             .contains("rendered scans: no channel in metres"),
         "{error}"
     );
+}
+
+/// The law of the ring: a wall is in the same cells of a map, in the same ends of a field, and at the same distance of a rendered
+/// scan, whether ranges count from the robot's middle or from where the sensors sit.
+#[test]
+fn a_wall_seen_from_a_ring_is_where_it_is_seen_from_the_middle() {
+    use crate::{
+        mapping::{LikelihoodField, LikelihoodFieldConfig, OccupancyMapConfig},
+        recording::{Columns, Recording},
+    };
+    let radius_m = 0.22;
+    let bearing_rad: Vec<f64> = (0..24).map(|b| TAU * f64::from(b) / 24.0).collect();
+    let channel = |offset_m: Option<f64>| Channel {
+        name: "laser".into(),
+        width: 24,
+        unit: "m".into(),
+        bearing_rad: Some(bearing_rad.clone()),
+        maximum: Some(9.0 - offset_m.unwrap_or(0.0)),
+        offset_m: offset_m.map(|m| vec![m; 24]),
+    };
+    // A room of 5 by 3 m, from places and headings all over it.
+    let poses: Vec<Pose> = (0..60)
+        .map(|k| {
+            Pose::new(
+                0.6 + 0.063 * f64::from(k),
+                0.6 + 0.029 * f64::from(k),
+                0.37 * f64::from(k),
+            )
+        })
+        .collect();
+    let range_m = |pose: &Pose, bearing_rad: f64| {
+        let (sin, cos) = (pose.heading_rad + bearing_rad).sin_cos();
+        let in_x = if cos > 0.0 {
+            (5.013 - pose.x_m) / cos
+        } else {
+            (-0.013 - pose.x_m) / cos
+        };
+        let in_y = if sin > 0.0 {
+            (3.013 - pose.y_m) / sin
+        } else {
+            (-0.013 - pose.y_m) / sin
+        };
+        in_x.min(in_y)
+    };
+    let recording = |offset_m: Option<f64>| {
+        let values = Array2::from_shape_fn((poses.len(), 24), |(k, b)| {
+            (range_m(&poses[k], bearing_rad[b]) - offset_m.unwrap_or(0.0)) as f32
+        });
+        Recording::new(Columns {
+            channels: vec![channel(offset_m)],
+            values,
+            stamp_s: (0..poses.len()).map(|k| k as f64).collect(),
+            odometry: poses.clone(),
+            run: vec![0; poses.len()],
+            pose: poses.clone(),
+            ..Columns::default()
+        })
+        .unwrap()
+    };
+    let (middle, ring) = (recording(None), recording(Some(radius_m)));
+    let all: Vec<usize> = (0..poses.len()).collect();
+    let config = OccupancyMapConfig {
+        least_hits: 1,
+        ..OccupancyMapConfig::default()
+    };
+    let map = |recording: &Recording| OccupancyMap::from_scans(recording, &all, &config).unwrap();
+    let (map, of_ring) = (map(&middle), map(&ring));
+    let differing = map
+        .cells()
+        .iter()
+        .zip(of_ring.cells())
+        .filter(|(a, b)| a != b);
+    let walls = map
+        .cells()
+        .iter()
+        .filter(|c| **c == Occupancy::Occupied)
+        .count();
+    let differing = differing.count();
+    assert!(differing * 50 < walls, "{differing} of {walls}"); // rounding of single precision
+
+    let field = LikelihoodField::new(&map, &LikelihoodFieldConfig::default()).unwrap();
+    for k in [3, 31] {
+        let beams = |r: &Recording| field.beams(r.channels(), &r.observation(k)).unwrap();
+        for (a, b) in beams(&middle).iter().zip(beams(&ring)) {
+            assert!((a.ahead_m - b.ahead_m).hypot(a.left_m - b.left_m) < 1e-5);
+        }
+    }
+    let seen = |r: &Recording| {
+        let renderer = Renderer::new(&map, r.channels(), &RenderConfig::default()).unwrap();
+        let together = renderer.at_all(&poses);
+        for (k, pose) in poses.iter().enumerate() {
+            assert_eq!(renderer.at(pose), together.row(k).to_vec());
+        }
+        together
+    };
+    let mut hits = 0;
+    for (a, b) in seen(&middle).iter().zip(&seen(&ring)) {
+        if let (Rendered::Hit(a), Rendered::Hit(b)) = (a, b) {
+            assert!((a - b - radius_m as f32).abs() < 1e-3, "{a} {b}");
+            hits += 1;
+        }
+    }
+    assert!(hits > 1000, "{hits}");
 }

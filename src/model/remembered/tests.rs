@@ -28,6 +28,7 @@ fn recording(noise: f32) -> Recording {
             unit: "dBm".into(),
             bearing_rad: None,
             maximum: None,
+            offset_m: None,
         }],
         values: Array2::from_shape_vec((passes * each, 1), values.collect()).unwrap(),
         stamp_s: (0..passes * each).map(|k| k as f64).collect(),

@@ -12,6 +12,7 @@ fn seen(values: &[&[f32]]) -> Recording {
             unit: "1".into(),
             bearing_rad: None,
             maximum: Some(10.0),
+            offset_m: None,
         }],
         values: Array2::from_shape_vec((k, m), values.concat()).unwrap(),
         stamp_s: vec![0.0; k],

@@ -2,7 +2,7 @@ use super::*;
 use crate::recogniser::occupancy::{State, blotched};
 
 /// Duckett & Nehmzow's formula, cell states counted one by one and translations tried one by one.
-fn brute_force(place: &States, scan: &States, columns: bool) -> u32 {
+fn brute_force(place: &States, scan: &States, columns: bool, reach: i32) -> u32 {
     let counts = |states: &States, j: i32| {
         let mut counts = [0u32; 3];
         for i in 0..CELLS {
@@ -23,7 +23,7 @@ fn brute_force(place: &States, scan: &States, columns: bool) -> u32 {
             })
             .sum()
     };
-    (-64..=64).map(translated).max().unwrap()
+    (-reach..=reach).map(translated).max().unwrap()
 }
 
 #[test]
@@ -32,11 +32,18 @@ fn the_best_match_is_that_of_a_plain_loop_over_all_translations() {
     for index in 0..12 {
         let (place, scan) = (blotched(index), blotched(index + 100));
         let (stored, sought) = (HistogramPair::of(&place), HistogramPair::of(&scan));
-        let best = Sought::new(&sought).best_match(&stored);
-        assert_eq!(best.x, brute_force(&place, &scan, true), "x of {index}");
-        assert_eq!(best.y, brute_force(&place, &scan, false), "y of {index}");
+        for reach in [0, 1, 5, 7, 8, 15, 16, 31, 32, 62, 63] {
+            let best = Sought::new(&sought, reach as usize).best_match(&stored);
+            let by_hand = |columns| brute_force(&place, &scan, columns, reach);
+            assert_eq!(
+                [best.x, best.y],
+                [true, false].map(by_hand),
+                "{index} {reach}"
+            );
+        }
+        let best = Sought::new(&sought, 63).best_match(&stored);
         moved += u32::from(best.x > sought.x.match_with(&stored.x));
-        let by_moving = (-64..64).map(|by| stored.y.match_with(&sought.y.moved(by)));
+        let by_moving = (-63..64).map(|by| stored.y.match_with(&sought.y.moved(by)));
         assert_eq!(Some(best.y), by_moving.max());
     }
     assert!(moved > 6, "translation hardly ever matters here: {moved}");
@@ -46,7 +53,7 @@ fn the_best_match_is_that_of_a_plain_loop_over_all_translations() {
 fn a_histogram_matches_itself_in_all_4096_cells() {
     for index in 0..5 {
         let pair = HistogramPair::of(&blotched(index));
-        let best = Sought::new(&pair).best_match(&pair);
+        let best = Sought::new(&pair, 5).best_match(&pair);
         assert_eq!((best.x, best.y, best.product()), (4096, 4096, 16_777_216));
         assert_eq!(pair.x.match_with(&pair.x), FULL_MATCH);
     }
@@ -64,7 +71,11 @@ fn a_moved_scan_is_found_again_but_for_what_left_the_grid() {
         y: pair.y.clone(),
     };
     for by in [-20, -3, 0, 17, 33] {
-        assert_eq!(Sought::new(&at(by)).best_match(&pair).x, FULL_MATCH, "{by}");
+        assert_eq!(
+            Sought::new(&at(by), 63).best_match(&pair).x,
+            FULL_MATCH,
+            "{by}"
+        );
     }
     // From one edge to the other, as far as anything still overlaps.
     let edge = |at: usize| {
@@ -77,12 +88,12 @@ fn a_moved_scan_is_found_again_but_for_what_left_the_grid() {
     for (stored, sought) in [(edge(0), edge(63)), (edge(63), edge(0))] {
         assert_eq!(stored.x.match_with(&sought.x), FULL_MATCH - 2);
         assert_eq!(
-            Sought::new(&sought).best_match(&stored).product(),
+            Sought::new(&sought, 63).best_match(&stored).product(),
             16_777_216
         );
     }
     // Pushed out by 40: the wall and six more columns are lost; they were known and are unknown now.
-    let lost = Sought::new(&at(40)).best_match(&pair);
+    let lost = Sought::new(&at(40), 63).best_match(&pair);
     assert_eq!(lost.x, FULL_MATCH - 7 * 64);
 }
 
@@ -99,7 +110,7 @@ fn a_quarter_turn_of_the_grid_is_one_of_its_histograms() {
 #[test]
 fn many_places_at_once_are_matched_as_one_by_one() {
     let places: Vec<HistogramPair> = (0..9).map(|i| HistogramPair::of(&blotched(i))).collect();
-    let sought = Sought::new(&HistogramPair::of(&blotched(50)));
+    let sought = Sought::new(&HistogramPair::of(&blotched(50)), 5);
     let mut best = vec![PairMatch { x: 0, y: 0 }; places.len()];
     sought.best_matches(&places, &mut best);
     let alone: Vec<PairMatch> = places.iter().map(|p| sought.best_match(p)).collect();

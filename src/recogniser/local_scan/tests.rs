@@ -12,6 +12,7 @@ fn channels() -> Vec<Channel> {
         unit: "grey".into(),
         bearing_rad: None,
         maximum: None,
+        offset_m: None,
     };
     let laser = Channel {
         name: "laser".into(),
@@ -19,6 +20,7 @@ fn channels() -> Vec<Channel> {
         unit: "m".into(),
         bearing_rad: Some((0..BEAMS).map(|i| TAU * i as f64 / BEAMS as f64).collect()),
         maximum: Some(8.0),
+        offset_m: None,
     };
     vec![camera, laser]
 }
@@ -140,4 +142,49 @@ fn a_cone_without_return_says_nothing_or_that_it_is_empty() {
     assert_eq!(of(true).at(32 + 25, 32), State::Empty);
     assert_eq!(of(true).at(63, 32), State::Empty); // nothing stands at the grid's edge
     assert_eq!(of(true).at(32, 32 + 13), of(false).at(32, 32 + 13)); // aside nothing is changed
+}
+
+/// The law of the ring: a wall is in the same cells, whether its distance counts from the robot's middle or from where the
+/// sensors sit.
+#[test]
+fn a_room_seen_from_a_ring_is_the_room_seen_from_the_middle() {
+    let from_middle = channels();
+    for radius_m in [0.1, 0.22, 0.5] {
+        let mut on_ring = from_middle.clone();
+        on_ring[1].offset_m = Some(vec![radius_m; BEAMS]);
+        on_ring[1].maximum = from_middle[1].maximum.map(|m| m - radius_m);
+        for heading_rad in [0.0, 0.7] {
+            let values = room(heading_rad);
+            let mut less = values.clone();
+            less.iter_mut()
+                .skip(2)
+                .for_each(|range| *range -= radius_m as f32);
+            let grid = |channels: &[Channel], values| {
+                let observation = seen(values, Some(heading_rad));
+                scans(true).grid(channels, &observation).unwrap()
+            };
+            let (middle, ring) = (grid(&from_middle, &values), grid(&on_ring, &less));
+            let walls = |states: &States| {
+                let cells = (0..64).flat_map(|x| (0..64).map(move |y| (x, y)));
+                cells
+                    .filter(|&(x, y)| states.at(x, y) == State::Occupied)
+                    .collect::<Vec<_>>()
+            };
+            let (middle, ring) = (walls(&middle), walls(&ring));
+            let share = |cells: &[(usize, usize)]| {
+                let same = cells.iter().filter(|cell| middle.contains(cell));
+                same.count() as f64 / cells.len() as f64
+            };
+            // Thin beams from a ring leave a gap here and there; what they meet stands where it stands.
+            assert!(share(&ring) > 0.9, "{radius_m}: {}", share(&ring));
+            assert!(ring.len() * 4 > middle.len() * 3, "{}", ring.len());
+            // Who takes the ring's ranges for the middle's puts the walls elsewhere.
+            let elsewhere = walls(&grid(&from_middle, &less));
+            assert!(
+                radius_m < 0.2 || share(&elsewhere) < 0.6,
+                "{}",
+                share(&elsewhere)
+            );
+        }
+    }
 }

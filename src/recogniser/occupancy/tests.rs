@@ -28,6 +28,8 @@ fn towards(x: usize, y: usize, range_m: f64, opening_rad: f64) -> Reading {
     let middle_m = |i: usize| (i as f64 - 31.5) * CELL_M;
     Reading {
         bearing_rad: middle_m(y).atan2(middle_m(x)),
+        offset_m: 0.0,
+        returned: true,
         range_m,
         opening_rad,
     }
@@ -96,6 +98,8 @@ fn emptiness_cancels_occupancy() {
 fn cones_wrap_round_and_the_order_of_readings_says_nothing() {
     let west = |bearing_rad: f64| Reading {
         bearing_rad,
+        offset_m: 0.0,
+        returned: true,
         range_m: 2.0,
         opening_rad: 0.5,
     };
@@ -122,10 +126,51 @@ fn what_is_no_reading_says_nothing() {
     let odd = [f64::NAN, f64::INFINITY, -1.0, 0.0, 0.29];
     let readings = odd.map(|range_m| Reading {
         bearing_rad: 0.0,
+        offset_m: 0.0,
+        returned: true,
         range_m,
         opening_rad: 0.5,
     });
     let grid = OccupancyGrid::of(&readings, &MODEL);
     assert_eq!(grid.states(), States::UNKNOWN);
     assert_eq!(grid.states().known(), 0);
+}
+
+#[test]
+fn a_cone_begins_at_its_sensor() {
+    let ring = |offset_m: f64, range_m: f64| Reading {
+        bearing_rad: 0.0,
+        offset_m,
+        range_m,
+        returned: true,
+        opening_rad: 0.5,
+    };
+    let grid = |offset_m, range_m| OccupancyGrid::of(&[ring(offset_m, range_m)], &MODEL);
+    // On the axis, ten cells out: a sensor three cells out says what one in the middle says of seven cells.
+    let [out_m, here_m] = [3.0, 0.0].map(|cells| cells * CELL_M);
+    let (moved, middle) = (grid(out_m, 2.4), grid(here_m, 2.4));
+    for x in 32..60 {
+        for y in [31, 32] {
+            assert!((moved.probability(x + 3, y) - middle.probability(x, y)).abs() < 1e-9);
+        }
+    }
+    // Aside of the axis it is the cone of the sensor: of cells as far aside, those are left out that lie before it opens.
+    let inside = |grid: &OccupancyGrid, x: usize| grid.probability(x, 34) != 0.5;
+    let first = |grid: &OccupancyGrid| (32..60).find(|&x| inside(grid, x)).unwrap();
+    assert_eq!(first(&moved), first(&middle) + 3);
+}
+
+#[test]
+fn where_nothing_came_back_the_cone_is_empty_as_far_as_the_sensor_reaches() {
+    let silent = Reading {
+        bearing_rad: 0.0,
+        offset_m: 0.2,
+        range_m: 2.0,
+        returned: false,
+        opening_rad: 0.5,
+    };
+    let states = OccupancyGrid::of(&[silent], &MODEL).states();
+    assert!((0..CELLS).all(|x| (0..CELLS).all(|y| states.at(x, y) != State::Occupied)));
+    assert_eq!(states.at(32 + 8, 32), State::Empty); // 1.275 m
+    assert_eq!(states.at(32 + 16, 32), State::Unknown); // 2.475 m
 }

@@ -18,6 +18,7 @@ fn scans(k: usize, widths: [usize; 2]) -> Recording {
         unit: "m".into(),
         bearing_rad: None,
         maximum: Some(4.0),
+        offset_m: None,
     };
     Recording::new(Columns {
         channels: widths.iter().enumerate().map(channel).collect(),

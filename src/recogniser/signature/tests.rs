@@ -13,6 +13,7 @@ fn ring(readings: &[f32], compass_rad: Option<f64>) -> Recording {
         unit: "m".into(),
         bearing_rad: Some((0..n).map(bearing).collect()),
         maximum: None,
+        offset_m: None,
     };
     let bumper = Channel {
         name: "bumper".into(),
@@ -20,6 +21,7 @@ fn ring(readings: &[f32], compass_rad: Option<f64>) -> Recording {
         unit: "1".into(),
         bearing_rad: None,
         maximum: None,
+        offset_m: None,
     };
     let values = readings.iter().copied().chain([-7.0]).collect();
     Recording::new(Columns {

@@ -13,6 +13,7 @@ fn recording() -> Recording {
         unit: unit.into(),
         bearing_rad: bearing_deg.map(|all| all.into_iter().map(f64::to_radians).collect()),
         maximum,
+        offset_m: None,
     };
     let fan = (0..12).map(|b| -60.0 + 120.0 * f64::from(b) / 11.0);
     let pose: Vec<Pose> = (0..3).map(|k| Pose::new(f64::from(k), 0.5, 0.1)).collect();

@@ -17,6 +17,7 @@ pub fn channel() -> Channel {
         unit: "standard deviations of the image".into(),
         bearing_rad: None,
         maximum: None,
+        offset_m: None,
     }
 }
 

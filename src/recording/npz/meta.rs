@@ -8,7 +8,7 @@ use serde::{
 };
 use std::fmt;
 
-/// `{"channels": {NAME: {"unit", "bearing_rad", "maximum"}}, "source", "sha256"}`
+/// `{"channels": {NAME: {"unit", "bearing_rad", "maximum", "offset_m"}}, "source", "sha256"}`
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Meta {
     pub channels: Channels,
@@ -27,6 +27,8 @@ pub(super) struct Described {
     pub bearing_rad: Option<Vec<f64>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub maximum: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset_m: Option<Vec<f64>>,
 }
 
 /// A JSON object whose order counts, which a map type would not keep.
@@ -39,6 +41,7 @@ impl Channels {
             unit: c.unit.clone(),
             bearing_rad: c.bearing_rad.clone(),
             maximum: c.maximum,
+            offset_m: c.offset_m.clone(),
         };
         Self(
             channels

@@ -120,6 +120,7 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
             unit: described.unit,
             bearing_rad: described.bearing_rad,
             maximum: described.maximum,
+            offset_m: described.offset_m,
         });
         blocks.push(block.data);
     }

@@ -25,6 +25,7 @@ fn recording(seed: u64, snapshots: usize, runs: i64) -> Recording {
             unit: "lux".into(),
             bearing_rad: None,
             maximum: None,
+            offset_m: None,
         }],
         values: ndarray::Array2::zeros((snapshots, 1)),
         stamp_s: vec![0.0; snapshots],

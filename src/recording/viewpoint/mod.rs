@@ -225,8 +225,12 @@ fn viewpoint(channel: &Channel) -> Result<Option<Viewpoint>> {
         return Ok(None);
     };
     let viewpoint = Viewpoint::new(bearing_rad, channel.maximum);
+    let on_robot = |viewpoint: Viewpoint| match &channel.offset_m {
+        Some(offset_m) => viewpoint.with_offset_m(offset_m),
+        None => viewpoint,
+    };
     viewpoint
-        .map(Some)
+        .map(|viewpoint| Some(on_robot(viewpoint)))
         .map_err(|e| Error::work(format!("channel `{}`: {e}", channel.name)))
 }
 

@@ -12,7 +12,7 @@
 //! - *No return.* Such a beam counts as open at least as far as the sensor reaches: surfaces may hide it, and where none
 //!   does, the moved sensor gets no return either.
 //!
-//! Height, and the place of the sensor on the robot, are not known and left out.
+//! Sensors on a ring count their ranges from where they sit ([`Viewpoint::with_offset_m`]); their height is left out.
 
 use crate::{
     error::{Error, Result},
@@ -101,6 +101,8 @@ struct Beam {
     /// Its place in the scan.
     index: usize,
     bearing_rad: f64,
+    /// How far out along its bearing ranges count from, metres.
+    offset_m: f64,
     direction: Vector,
     /// [`round`] of the direction.
     round: f64,
@@ -139,6 +141,7 @@ impl Viewpoint {
                 let direction = towards(bearing_rad);
                 Beam {
                     index,
+                    offset_m: 0.0,
                     bearing_rad: direction[1].atan2(direction[0]).rem_euclid(TAU),
                     direction,
                     round: round(direction),
@@ -160,6 +163,15 @@ impl Viewpoint {
             first,
             maximum_m,
         })
+    }
+
+    /// The same where ranges count from so far out along each beam, one number a beam in the order of the bearings; a beam
+    /// without one counts from the middle. Steps are the middle's.
+    pub fn with_offset_m(mut self, offset_m: &[f64]) -> Self {
+        for beam in &mut self.beams {
+            beam.offset_m = offset_m.get(beam.index).copied().unwrap_or(0.0);
+        }
+        self
     }
 
     /// Number of beams of a scan.
@@ -186,10 +198,10 @@ impl Viewpoint {
             .iter()
             .map(|beam| match f64::from(ranges[beam.index]) {
                 range if range.is_finite() && range < limit => {
-                    let range = range.max(NEAREST_M);
+                    let range = range.max(NEAREST_M) + beam.offset_m;
                     (range, range)
                 }
-                _ => (OPEN, open_from),
+                _ => (OPEN, open_from + beam.offset_m),
             })
             .collect();
         let (sin, cos) = step.turn_rad.sin_cos();
@@ -227,10 +239,11 @@ impl Viewpoint {
         }
         self.fill(&mut seen);
         for (beam, &range) in self.beams.iter().zip(&seen) {
+            let range = range - beam.offset_m;
             out[beam.index] = if range >= limit {
                 f32::NAN
             } else {
-                range as f32
+                range.max(0.0) as f32
             };
         }
     }

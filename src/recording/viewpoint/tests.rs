@@ -28,6 +28,7 @@ fn drive() -> Recording {
         unit: unit.into(),
         bearing_rad,
         maximum: None,
+        offset_m: None,
     };
     Recording::new(Columns {
         channels: vec![

@@ -122,6 +122,7 @@ fn answers(record: &ComparisonRecord) -> Table {
         "responses",
         "silent %",
         "outside %",
+        "candidates %",
         "places",
         "bytes each",
     ]);
@@ -132,6 +133,7 @@ fn answers(record: &ComparisonRecord) -> Table {
                 Cell::Count(cell.record.responses as u64),
                 Cell::Number(100.0 * cell.record.unanswered, 1),
                 Cell::Number(100.0 * cell.record.outside, 1),
+                Cell::number(cell.record.candidates.map(|share| 100.0 * share), 1),
                 Cell::Count(cell.places as u64),
                 Cell::Count(cell.bytes_per_place as u64),
             ]),
@@ -140,8 +142,9 @@ fn answers(record: &ComparisonRecord) -> Table {
         table.row(row);
     }
     table.caption(
-        "silent, outside = share of the answers that are none, or a place off the route; places = places or patterns kept;\n  \
-         bytes each = what is kept of one, pose included (0: none are kept)",
+        "silent, outside = share of the answers that are none, or a place off the route; candidates = share of its places that a\n  \
+         snapshot passes for on average, by d < T of Duckett & Nehmzow 1998 (–: it does not sift them); places = places or\n  \
+         patterns kept; bytes each = what is kept of one, pose included (0: none are kept)",
     );
     table
 }

@@ -7,6 +7,7 @@ fn channel(width: usize, maximum: Option<f64>) -> Channel {
         unit: "m".into(),
         bearing_rad: Some((0..width).map(|b| b as f64 * 0.1).collect()),
         maximum,
+        offset_m: None,
     }
 }
 

@@ -16,6 +16,7 @@ fn recording() -> Recording {
             unit: "m".into(),
             bearing_rad: Some((0..180).map(bearing_rad).collect()),
             maximum: Some(50.0),
+            offset_m: None,
         }],
         values: Array2::from_shape_fn((3, 180), |(k, b)| match (k + b) % 17 {
             0 => f32::NAN,

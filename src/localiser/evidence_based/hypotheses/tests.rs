@@ -16,6 +16,7 @@ fn corridor(length_m: f64, sees: impl Fn(f64) -> [f32; 8]) -> Recording {
         unit: "m".into(),
         bearing_rad: Some((0..4).map(|i| f64::from(i) * FRAC_PI_2).collect()),
         maximum: Some(5.0),
+        offset_m: None,
     };
     let way = |k: usize| 0.1 * k as f64;
     let pose = |k: usize| Pose::new(0.6 * way(k), 0.8 * way(k), FRAC_PI_2);

@@ -151,6 +151,7 @@ fn room() -> Recording {
         unit: "m".into(),
         bearing_rad: Some(bearing_rad),
         maximum: Some(10.0),
+        offset_m: None,
     };
     Recording::new(Columns {
         channels: vec![laser],

@@ -211,6 +211,7 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Impor
                 .and_then(|scan| scan.fan)
                 .map(|(start, step)| (0..width).map(|i| start + i as f64 * step).collect()),
             maximum,
+            offset_m: None,
         });
         first += width;
     }

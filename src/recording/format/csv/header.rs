@@ -246,6 +246,7 @@ fn channels(sensors: &[(usize, &str)]) -> std::result::Result<(Vec<Channel>, Vec
                 .to_string(),
             bearing_rad: None,
             maximum: None,
+            offset_m: None,
         });
         values.extend(group.columns.iter().map(|(_, position)| *position));
     }

@@ -278,3 +278,41 @@ fn any_scan_and_any_step_give_ranges_or_none() {
         );
     }
 }
+
+/// The law of the ring: what a moved ring sees is what the moved middle sees, less the ring's radius.
+#[test]
+fn sensors_on_a_ring_see_the_same_walls_from_where_they_sit() {
+    let bearing_rad: Vec<f64> = (0..72).map(|i| TAU * f64::from(i) / 72.0).collect();
+    let room = |b: &f64| {
+        let (sin, cos) = b.sin_cos();
+        ((2.5 / cos.abs()).min(1.5 / sin.abs())) as f32
+    };
+    let scan: Vec<f32> = bearing_rad.iter().map(room).collect();
+    let step = Displacement {
+        forward_m: 0.3,
+        left_m: -0.2,
+        turn_rad: 0.4,
+    };
+    let radius_m = 0.22;
+    let seen = |offset_m: Option<f64>, scan: &[f32]| {
+        let viewpoint = Viewpoint::new(&bearing_rad, Some(6.5 - offset_m.unwrap_or(0.0))).unwrap();
+        let viewpoint = match offset_m {
+            Some(m) => viewpoint.with_offset_m(&[m; 72]),
+            None => viewpoint,
+        };
+        let mut seen = vec![0.0; 72];
+        viewpoint.render(scan, step, &mut seen);
+        seen
+    };
+    let less: Vec<f32> = scan.iter().map(|r| r - radius_m as f32).collect();
+    let (middle, ring) = (seen(None, &scan), seen(Some(radius_m), &less));
+    for (middle, ring) in middle.iter().zip(&ring) {
+        assert!(
+            (middle - ring - radius_m as f32).abs() < 1e-5,
+            "{middle} {ring}"
+        );
+    }
+    let mistaken = seen(None, &less);
+    let off = |(a, b): (&f32, &f32)| (a - b).abs();
+    assert!(mistaken.iter().zip(&ring).map(off).fold(0.0, f32::max) > 0.05);
+}
