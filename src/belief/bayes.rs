@@ -101,6 +101,28 @@ impl BayesFilter {
         Ok(())
     }
 
+    /// Bel(ξ) ← (1 − share) Bel(ξ) + share · other(ξ): the robot may have been carried away, to where `other` says. With the
+    /// uniform belief this is what random particles are to a particle filter (Thrun, Burgard & Fox, *Probabilistic Robotics*,
+    /// 2005, 8.3.5).
+    ///
+    /// # Errors
+    /// Where `other` is not about the cells of the grid (work), or `share` isn't in 0 to 1 (usage): the belief stays.
+    pub fn mix(&mut self, other: &Belief, share: f64) -> Result<()> {
+        if other.places() != self.grid.places() {
+            return Err(not_its_cells());
+        }
+        if !(0.0..=1.0).contains(&share) {
+            return Err(Error::usage(format!(
+                "belief: a share of {share} to mix in; expected 0 to 1"
+            )));
+        }
+        if share > 0.0 {
+            self.belief.mix(other.mass(), share);
+            self.support.held_mut().fill(true);
+        }
+        Ok(())
+    }
+
     /// Bel(ξ), over the cells of the grid.
     pub fn belief(&self) -> &Belief {
         &self.belief
@@ -258,6 +280,31 @@ mod tests {
                 "{passed_by}"
             );
         }
+    }
+
+    #[test]
+    fn what_is_mixed_in_is_looked_at_everywhere() {
+        let grid = grid(&corridor());
+        let mut sharp = vec![0.0; grid.len()];
+        sharp[3] = 1.0;
+        let start = Belief::from_mass(grid.places(), sharp).unwrap();
+        let anywhere = Belief::uniform(grid.places()).unwrap();
+        let mut robot = BayesFilter::new(&grid, OdometryMotion::exact(), start).unwrap();
+        robot.correct(&vec![0.0; grid.len()]).unwrap(); // from here on only where there is mass
+        robot.mix(&anywhere, 0.25).unwrap();
+        let n = grid.len() as f64;
+        let mass = robot.belief().mass();
+        assert!((mass[3] - (0.75 + 0.25 / n)).abs() < 1e-12);
+        assert!((mass[30] - 0.25 / n).abs() < 1e-12);
+        let mut door = vec![-20.0; grid.len()];
+        door[30] = 0.0;
+        robot.correct(&door).unwrap();
+        assert_eq!(robot.belief().mode(), 30);
+        let before = robot.belief().clone();
+        for share in [-0.1, 1.1, f64::NAN] {
+            assert!(robot.mix(&anywhere, share).unwrap_err().is_usage());
+        }
+        assert_eq!(robot.belief(), &before);
     }
 
     #[test]

@@ -173,6 +173,13 @@ impl Belief {
         &mut self.mass
     }
 
+    /// Bel(ξ) ← (1 − share) Bel(ξ) + share · other(ξ): as if with that probability all were forgotten but `other`.
+    pub(super) fn mix(&mut self, other: &[f64], share: f64) {
+        let both = self.mass.par_iter_mut().zip(other);
+        both.for_each(|(mass, other)| *mass += share * (other - *mass));
+        self.normalise();
+    }
+
     /// Bel(ξ) ← Bel(ξ) [∫ Bel(ξ̃) dξ̃]⁻¹ (eq. 18); what is below [`NEGLIGIBLE`] becomes 0.
     fn normalise(&mut self) {
         let total = sum_in_blocks(self.mass.len(), |cell| self.mass[cell]);

@@ -59,6 +59,9 @@ pub struct Arguments {
     /// before what they met.
     #[arg(long, value_name = "SHARE")]
     people: Option<f64>,
+    /// Carry every filter away without a word, METRES after its start anywhere, and see how far it drives until it is found again.
+    #[arg(long, value_name = "METRES")]
+    kidnap: Option<f64>,
     /// Number of trials.
     #[arg(long, value_name = "N")]
     trials: Option<usize>,
@@ -81,6 +84,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     config.evidence = arguments.evidence.unwrap_or(config.evidence);
     config.map = arguments.map.unwrap_or(config.map);
     config.people = Some(arguments.people.unwrap_or(config.people()));
+    config.kidnap_m = arguments.kidnap.or(config.kidnap_m);
     config.check()?;
     if !config.map.as_os_str().is_empty() {
         RosMap::read(&config.map)?; // one that is none fails now
@@ -180,6 +184,11 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             config.seed().0
         ));
         print(&table.text())?;
+        for more in [tables::confidence(&record), tables::kidnapping(&record)] {
+            if !more.is_empty() {
+                print(&format!("\n{}", more.text()))?;
+            }
+        }
     }
     Ok(Outcome::Done)
 }
@@ -226,6 +235,12 @@ pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Resul
         &tables::risk_coverage(record).csv(),
     )?;
     write_text(&folder.join("paired.csv"), &tables::paired(record).csv())?;
+    let confidence = tables::confidence_figures(record);
+    write_text(&folder.join("confidence.csv"), &confidence.csv())?;
+    let kidnapping = tables::kidnapping_figures(record);
+    if !kidnapping.is_empty() {
+        write_text(&folder.join("kidnapping.csv"), &kidnapping.csv())?;
+    }
     let anywhere = tables::error_plot(&format!("{title}: start anywhere"), record, false)?;
     write_text(&folder.join("error_by_distance.svg"), &anywhere)?;
     let risk = tables::risk_coverage_plot(&format!("{title}: start anywhere"), record)?;

@@ -31,12 +31,9 @@ pub(super) fn bank<'a>(
         return Ok(None);
     };
     let validation = methods.iter().map(|set| set.validation.clone());
-    let validation = match validation.collect::<Option<Vec<_>>>() {
-        Some(sensors) => {
-            Some(Arc::new(on_run.with_sensors(sensors)) as Arc<dyn PreparedSensorModel>)
-        }
-        None => None,
-    };
+    let validation = validation
+        .collect::<Option<Vec<_>>>()
+        .map(|sensors| Arc::new(on_run.with_sensors(sensors)) as Arc<dyn PreparedSensorModel>);
     let bytes = methods.iter().map(|set| set.bytes_per_place);
     let answers = AnswersBy::PreparedSensor(Arc::new(on_run));
     Ok(Some(Method {

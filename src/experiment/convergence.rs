@@ -1,6 +1,6 @@
 //! When a robot has found out where it is, and error curves over distance with their confidence.
 
-use super::trials::Trial;
+use super::{sureness::Sureness, trials::Trial};
 use crate::{
     score::{FEW, percentiles},
     seed::Seed,
@@ -32,6 +32,8 @@ pub struct Answers {
     pub end_heading_error_rad: Option<f64>,
     /// Mass within 1 m of the last point estimate: 0 where there is no answer, none where it comes without a belief.
     pub end_confidence: Option<f64>,
+    /// How sure it was; of starts anywhere only.
+    pub sureness: Sureness,
 }
 
 /// One row of an error curve.

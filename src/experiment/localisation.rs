@@ -9,9 +9,12 @@ pub use super::localisation_record::{
 };
 
 use super::{
+    confidence::confidence,
     convergence::{Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m},
     end_success::{heading_success, success_at_end},
+    kidnapping,
     line_up::{is_own, line_up},
+    lost_tuning::tuned_lost,
     method::Method,
     methods::MethodContext,
     paired_trials::{FiguresOfTrials, paired_tests},
@@ -105,6 +108,9 @@ pub fn play(
         )));
     }
     let trials = drawn(context)?;
+    if let Some(after_m) = context.config.kidnap_m {
+        kidnapping::drawn(&trials, context, after_m)?; // no method's fault
+    }
     let all = methods.len();
     let (mut results, mut left_out) = (Vec::new(), Vec::new());
     let (mut figures, mut timing) = (Vec::new(), Timing::default());
@@ -183,7 +189,12 @@ fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<P
     let (at_10m, tracked) = (global.reported(), tracking.reported());
     let risk = risk_coverage(trials, &anywhere, resamples, seed);
     let scores = context.priors.iter().zip(&method.held_out);
+    let lost = tuned_lost(&method, context, scale)?;
+    let kidnapped = kidnapping::kidnapped(&method, trials, context, scale, lost.as_ref())?;
+    let places = context.grid.len() / context.grid.headings();
     let result = MethodResult {
+        confidence: confidence(trials, &anywhere, lost, places, resamples, seed),
+        kidnapped,
         held_out: scores
             .map(|(&prior, &score)| HeldOut { prior, score })
             .collect(),

@@ -1,8 +1,10 @@
 //! What came of localisation trials: figures of every method, as tables and JSON show them.
 
 use super::{
+    confidence::Confidence,
     convergence::{REPORTED_AT_M, Row},
     end_success::SuccessAtEnd,
+    kidnapping::Kidnapped,
     paired_trials::PairedTest,
     region_coverage::Coverage,
     risk_coverage::RiskCoverage,
@@ -115,6 +117,12 @@ pub struct MethodResult {
     /// Its 95 % interval.
     #[serde(default)]
     pub risk_coverage_area_m_ci95: Option<[f64; 2]>,
+    /// Whether it knows when it is lost; null for whole localisers that say nothing of how sure they are.
+    #[serde(default)]
+    pub confidence: Option<Confidence>,
+    /// What came of carrying it away; null where nobody did, or it is no filter with a sensor.
+    #[serde(default)]
+    pub kidnapped: Option<Kidnapped>,
     /// Trials that start anywhere.
     #[serde(flatten)]
     pub global: TrialSummary,

@@ -4,7 +4,7 @@ use crate::{
     belief::{Evidence, GridConfig, OdometryMotion},
     detector::MOST_VIEWS,
     error::{Error, Result},
-    localiser::sensor_model::BankChoice,
+    localiser::{RestartConfig, sensor_model::BankChoice},
     seed::Seed,
 };
 use serde::{Deserialize, Serialize};
@@ -56,6 +56,14 @@ pub struct LocaliseConfig {
     /// else nobody.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub people: Option<f64>,
+    /// Every filter plays trials once more and is carried to another place without a word after this many metres from its start.
+    /// Not said: nobody is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kidnap_m: Option<f64>,
+    /// How much of a belief is given up where sensors are explained worse than they used to be: for all filters, in all trials. Not
+    /// said: nothing, and the usual constants where robots are carried away.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restart: Option<RestartConfig>,
 }
 
 impl Default for LocaliseConfig {
@@ -77,6 +85,8 @@ impl Default for LocaliseConfig {
             resamples: 1000,
             map: PathBuf::new(),
             people: None,
+            kidnap_m: None,
+            restart: None,
         }
     }
 }
@@ -140,6 +150,12 @@ impl LocaliseConfig {
         }
         if !(0.0..=1.0).contains(&self.people()) {
             return wrong("people", "the share of beams that they hide, 0 to 1");
+        }
+        if self.kidnap_m.is_some_and(|m| !positive(m)) {
+            return wrong("kidnap_m", "metres above 0");
+        }
+        if let Some(restart) = &self.restart {
+            restart.check().map_err(|e| e.context("localise"))?;
         }
         if !positive(self.start_spread_m) || !positive(self.start_spread_rad) {
             return wrong(

@@ -1,7 +1,9 @@
 //! Experiments: systems answer, and their answers are compared with the truth, which only this room has.
 
 mod bank_row;
+mod carried;
 pub mod compare;
+pub mod confidence;
 pub mod convergence;
 pub mod end_success;
 pub mod error_reduction;
@@ -10,6 +12,7 @@ pub mod filter_config;
 pub mod held_out;
 pub mod kept_evidence;
 pub mod kernels;
+pub mod kidnapping;
 pub mod landmarks;
 pub mod laps;
 mod learned_row;
@@ -17,6 +20,7 @@ pub mod line_up;
 pub mod localisation;
 mod localisation_record;
 pub mod localise_config;
+mod lost_tuning;
 pub mod mapped;
 mod maps;
 pub mod method;
@@ -42,6 +46,7 @@ pub mod single_snapshot;
 pub mod standard;
 mod step_time;
 mod stopwatch;
+pub mod sureness;
 pub mod thrun1998;
 mod trial_play;
 pub mod trials;

@@ -1,4 +1,4 @@
-//! Is a belief as sure as it may be? How often the truth lies in the smallest regions that hold 50, 90 and 99 % of it.
+//! Is a belief as sure as it may be? How often the truth lies in the smallest regions that hold 50, 90, 95 and 99 % of it.
 
 use super::{convergence::Answers, trials::Trial};
 use crate::{
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Masses of the regions that are reported.
-pub const LEVELS: [f64; 3] = [0.5, 0.9, 0.99];
+pub const LEVELS: [f64; 4] = [0.5, 0.9, 0.95, 0.99];
 
 /// How often the truth lies in a region of the belief.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -144,7 +144,7 @@ mod tests {
             Seed(1),
         );
         let shares: Vec<(f64, f64)> = rows.iter().map(|row| (row.level, row.share)).collect();
-        assert_eq!(shares, [(0.5, 0.5), (0.9, 0.75), (0.99, 1.0)]);
+        assert_eq!(shares, [(0.5, 0.5), (0.9, 0.75), (0.95, 0.75), (0.99, 1.0)]);
         assert_eq!(rows[0].share_ci95, Some([0.0, 1.0]));
         assert_eq!(rows[1].share_ci95, Some([0.5, 1.0]));
         let without = [Answers::default(), Answers::default()];

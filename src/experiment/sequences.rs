@@ -51,9 +51,9 @@ const VALIDATION_SEQUENCES: usize = 8;
 /// Their length, in metres.
 const VALIDATION_LENGTH_M: f64 = 10.0;
 
-/// Sequences of the validation part, as long as trials or, where it has none so long, of a metre or more; none where what
+/// So many sequences of the validation part, as long as trials or, where it has none so long, of a metre or more; none where what
 /// the models learned from is not at hand or has no such stretch.
-fn validation_sequences(context: &MethodContext) -> Result<Vec<Trial>> {
+pub(super) fn validation_sequences(context: &MethodContext, count: usize) -> Result<Vec<Trial>> {
     let Some(source) = &context.parts.source else {
         return Ok(Vec::new());
     };
@@ -62,7 +62,7 @@ fn validation_sequences(context: &MethodContext) -> Result<Vec<Trial>> {
     let stretches = mapped_stretches(context, recording, &places, &source.validation)?;
     for shortest_m in [config.shortest_m, 1.0] {
         let sampling = TrialSampling {
-            count: VALIDATION_SEQUENCES,
+            count,
             spacing_m: config.spacing_m,
             shortest_m,
             longest_m: VALIDATION_LENGTH_M.max(shortest_m),
@@ -88,7 +88,7 @@ pub fn tuned_scale(model: &Model, recording: &Recording) -> Result<Option<f64>> 
     let parts = Parts::new(model, &recording, None)?;
     let (models, config) = ([model], LocaliseConfig::default());
     let context = MethodContext::new(&models, &parts, &config)?;
-    if validation_sequences(&context)?.is_empty() {
+    if validation_sequences(&context, VALIDATION_SEQUENCES)?.is_empty() {
         return Ok(None);
     }
     let method = learned_features(&context, model, Rounded::No, "learned", "learned")?;
@@ -114,7 +114,7 @@ pub(super) fn evidence_scale(
             Some(EvidenceScale::of(method.usual_scale))
         }
     };
-    let sequences = validation_sequences(context)?;
+    let sequences = validation_sequences(context, VALIDATION_SEQUENCES)?;
     let source = match &context.parts.source {
         Some(source) if !sequences.is_empty() => source,
         _ => return Ok(usual),

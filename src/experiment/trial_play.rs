@@ -14,7 +14,8 @@ use crate::{
     error::{Error, Result},
     geometry::Pose,
     localiser::{
-        BayesLocaliser, Estimate, Localiser, PreparedSensorModel, Step,
+        BayesLocaliser, Estimate, Localiser, LostConfig, PreparedSensorModel, Step,
+        lost::Prediction,
         sensor_model::{EvidenceScale, Scaled},
     },
     seed::Stream,
@@ -107,6 +108,13 @@ impl Filter<'_> {
         };
         let stream = stream(self.context, number);
         let mut robot = BayesLocaliser::new(grid, self.motion, start, self.sensor, stream)?;
+        if let Some(restart) = &config.restart {
+            robot = robot.restarting(restart)?;
+        }
+        if !self.known_start {
+            robot = robot.watched()?;
+        }
+        let (mut prediction, short) = (Prediction::default(), LostConfig::default().short);
         let mut answers = Answers::default();
         for (step, &k) in trial.snapshots.iter().enumerate() {
             let observation = parts.run.observation(k);
@@ -122,18 +130,27 @@ impl Filter<'_> {
             }
             let likelier = likelier_mass(grid, belief, truths, k);
             answers.likelier_mass.push(likelier);
-            if step + 1 == trial.snapshots.len() {
+            answers.sureness.note(grid, belief, truths, k);
+            let is_last = step + 1 == trial.snapshots.len();
+            if is_last {
+                answers.sureness.end(belief);
                 let is_plane = matches!(truths, Places::Plane(_));
                 let error_rad = turn_rad(belief.mode_heading_rad(), &parts.run.poses()[k]);
                 answers.end_heading_error_rad = is_plane.then_some(error_rad);
                 answers.end_confidence = Some(belief.mass_within_m(cells, mode, RIGHT_WITHIN_M));
+            }
+            if let Some(explained) = robot.explained() {
+                answers
+                    .sureness
+                    .predicted(&mut prediction, explained, short);
             }
         }
         Ok(answers)
     }
 }
 
-fn stream(context: &MethodContext, number: usize) -> Stream {
+/// What a method draws from in a trial.
+pub(super) fn stream(context: &MethodContext, number: usize) -> Stream {
     context
         .seed()
         .numbered_stream("sampled features", number as u64)
@@ -185,6 +202,9 @@ fn by_localiser(
                 let (at, square_m) = ([truth.x_m, truth.y_m], context.grid.cell_m());
                 let likelier = likelier_mass_of_places(&step.posterior, at, square_m);
                 answers.likelier_mass.push(likelier);
+                let near = confidence(step).unwrap_or(0.0);
+                let sureness = &mut answers.sureness;
+                sureness.note_places(&step.posterior, near, at, square_m);
             }
         }
         Ok(answers)

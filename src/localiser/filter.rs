@@ -1,9 +1,14 @@
 //! The Bayes filter at work on a run: odometry moves the belief, what the sensors say corrects it.
 
-use super::{PreparedSensorModel, Sites, Step};
+use super::{
+    PreparedSensorModel, Sites, Step,
+    lost::Explained,
+    restart::{Restart, RestartConfig},
+};
 use crate::{
     belief::{BayesFilter, Belief, Grid, OdometryMotion},
     error::Result,
+    geometry::Pose,
     recording::{Observation, Recording},
     seed::Stream,
 };
@@ -14,7 +19,13 @@ pub struct BayesLocaliser<'a> {
     filter: BayesFilter,
     sensor: Option<&'a dyn PreparedSensorModel>,
     stream: Stream,
-    last: Option<crate::geometry::Pose>,
+    last: Option<Pose>,
+    /// Where the robot may be that knows nothing; there where somebody asks for it.
+    no_idea: Option<Belief>,
+    explained: Option<Explained>,
+    restart: Option<Restart>,
+    /// Share of the belief to give up before the next observation.
+    given_up: f64,
 }
 
 impl<'a> BayesLocaliser<'a> {
@@ -34,7 +45,42 @@ impl<'a> BayesLocaliser<'a> {
             sensor,
             stream,
             last: None,
+            no_idea: None,
+            explained: None,
+            restart: None,
+            given_up: 0.0,
         })
+    }
+
+    /// The same robot, which also says how well its belief explains each observation ([`explained`](Self::explained)).
+    ///
+    /// # Errors
+    /// None: a grid has cells.
+    pub fn watched(mut self) -> Result<Self> {
+        self.no_idea = Some(Belief::uniform(self.filter.grid().places())?);
+        Ok(self)
+    }
+
+    /// The same robot, which gives up part of its belief where it explains what is sensed worse than it used to.
+    ///
+    /// # Errors
+    /// Where a constant makes no sense.
+    pub fn restarting(mut self, config: &RestartConfig) -> Result<Self> {
+        if self.no_idea.is_none() {
+            self = self.watched()?;
+        }
+        self.restart = Some(Restart::new(config.clone())?);
+        Ok(self)
+    }
+
+    /// How well the belief explained the last observation; none where nobody [watches](Self::watched) or there is no sensor.
+    pub fn explained(&self) -> Option<Explained> {
+        self.explained
+    }
+
+    /// Somebody carries the robot to where its wheels will say `odometry`, and it is not aware of it.
+    pub fn carried(&mut self, odometry: Pose) {
+        self.last = Some(odometry);
     }
 
     /// Takes in the next observation of the run, which is snapshot number `snapshot` to the sensor model: what odometry
@@ -43,6 +89,10 @@ impl<'a> BayesLocaliser<'a> {
     /// # Errors
     /// Where the likelihood is 0 wherever the belief has mass.
     pub fn observe(&mut self, snapshot: usize, observation: &Observation) -> Result<&Belief> {
+        if let Some(no_idea) = self.no_idea.as_ref().filter(|_| self.given_up > 0.0) {
+            self.filter.mix(no_idea, self.given_up)?;
+            self.given_up = 0.0;
+        }
         if let Some(last) = self.last.replace(observation.odometry) {
             self.filter
                 .predict(&last.displacement_to(&observation.odometry))?;
@@ -50,7 +100,16 @@ impl<'a> BayesLocaliser<'a> {
         if let Some(sensor) = self.sensor {
             let likelihood =
                 sensor.log_likelihood(snapshot, self.filter.belief(), &mut self.stream)?;
-            self.filter.correct(&likelihood)?;
+            let by_belief = self.filter.correct(&likelihood)?;
+            if let Some(no_idea) = &self.no_idea {
+                self.explained = Some(Explained {
+                    by_belief,
+                    anywhere: no_idea.log_predictive(&likelihood),
+                });
+            }
+            if let Some(restart) = &mut self.restart {
+                self.given_up = restart.after(by_belief);
+            }
         }
         Ok(self.filter.belief())
     }

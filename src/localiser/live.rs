@@ -1,18 +1,22 @@
 //! Localisation of a live robot, one observation at a time, without a dataset.
 
-use super::sensor_model::{
-    Bank, BankChoice, BankSet, EveryPose, EvidenceScale, LearnedFeatures, SensorModel,
+mod confidence;
+mod of_model;
+
+pub use confidence::LEAST_MODE;
+
+use super::{
+    lost::{Explained, LostConfig, Prediction},
+    restart::{Restart, RestartConfig},
+    sensor_model::{BankChoice, EvidenceScale, SensorModel},
 };
 use crate::{
     belief::{BayesFilter, Belief, Evidence, Grid, GridConfig, OdometryMotion, Places},
-    detector::{MOST_VIEWS, Viewed},
     error::{Error, Result},
     geometry::{Displacement, Pose},
-    model::{Model, ModelBank},
     recording::{Observation, history::Past},
-    seed::{Seed, Stream},
+    seed::Stream,
 };
-use nalgebra::Matrix3;
 use ndarray::ArrayView1;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -31,13 +35,18 @@ pub struct LiveConfig {
     /// Power of a snapshot's evidence, above 0; none: as tuned when the model was trained, or 1, at its word, where it was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evidence_scale: Option<f64>,
-    /// From so many places beside each snapshot, up to [`MOST_VIEWS`], the features are looked for again, and their answers averaged; where scans can be
+    /// From so many places beside each snapshot, up to [`MOST_VIEWS`](crate::detector::MOST_VIEWS), the features are looked for again, and their answers averaged; where scans can be
     /// drawn anew.
     pub query_views: usize,
     /// Which sets of a bank of filters speak at every step.
     pub bank: BankChoice,
     /// Of the features that sampled evidence draws, and of the views.
     pub seed: u64,
+    /// When the robot counts as lost.
+    pub lost: LostConfig,
+    /// How much of the belief is given up where sensors are explained worse than they used to be; none: nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restart: Option<RestartConfig>,
 }
 
 impl Default for LiveConfig {
@@ -50,22 +59,13 @@ impl Default for LiveConfig {
             query_views: 0,
             bank: BankChoice::default(),
             seed: 0,
+            lost: LostConfig::default(),
+            restart: None,
         }
     }
 }
 
-/// Expected error of the mode from which on the robot counts as lost, metres.
-pub const LOST_SPREAD_M: f64 = 1.0;
-
-/// Evidence against the belief, in nats, from which on the robot counts as lost: a robot anywhere on the map explains what
-/// was sensed lately e⁶ ≈ 400 times better than the belief does.
-pub const LOST_EVIDENCE: f64 = 6.0;
-
-/// Most evidence that a single observation gives for or against the belief, in nats, so that one reading out of order is not
-/// enough.
-const MAX_EVIDENCE: f64 = 2.0;
-
-/// A robot that localises itself as it drives: the grid Bayes filter of Thrun (1998), Table 1, with a trained [`Model`] or
+/// A robot that localises itself as it drives: the grid Bayes filter of Thrun (1998), Table 1, with a trained [`Model`](crate::model::Model) or
 /// any other [`SensorModel`].
 ///
 /// Give it an [`Observation`] whenever there is one ([`LiveLocaliser::observe`]), and ask it for the pose and how sure it is
@@ -98,68 +98,33 @@ pub struct LiveLocaliser {
     /// What was sensed in the last metres, where the model works from it.
     past: Option<Past>,
     no_idea: Belief,
-    /// Evidence for the belief since it was last refuted or in doubt, nats: 0 or below.
-    evidence: f64,
+    lost: LostConfig,
+    /// How well the belief predicted the last observations.
+    prediction: Prediction,
+    restart: Option<Restart>,
+    /// Share of the belief to give up before the next observation.
+    given_up: f64,
 }
 
 impl LiveLocaliser {
-    /// A robot with a trained model, and the defaults of [`LiveConfig`].
+    /// The same robot, which counts as lost when these constants say so.
     ///
     /// # Errors
-    /// As [`LiveLocaliser::with_config`].
-    pub fn new(model: &Model) -> Result<Self> {
-        Self::with_config(model, &LiveConfig::default())
+    /// Where one makes no sense (the call is wrong).
+    pub fn counting_as_lost(mut self, lost: LostConfig) -> Result<Self> {
+        lost.check()?;
+        self.lost = lost;
+        Ok(self)
     }
 
-    /// A robot with a trained model.
+    /// The same robot, which gives up a little of its belief where it explains what is sensed worse than it used to, so that it
+    /// finds itself again after it was carried away.
     ///
     /// # Errors
-    /// Where a constant makes no sense (the call is wrong), the model has fewer places than neighbours that its map asks for,
-    /// or the grid would have too many cells.
-    pub fn with_config(model: &Model, config: &LiveConfig) -> Result<Self> {
-        let grid = Arc::new(Grid::over(&model.places(), &config.grid)?);
-        let sensor = sensor_of(model, &grid, config)?;
-        let mut robot = Self::of_model(model, &grid, sensor, config)?;
-        robot.scale = scale_of(model, config)?;
-        Ok(robot)
-    }
-
-    /// A robot with a bank of filters, of which it uses at every step the set that promises most.
-    ///
-    /// # Errors
-    /// As [`LiveLocaliser::with_config`].
-    pub fn with_bank(bank: &ModelBank, config: &LiveConfig) -> Result<Self> {
-        let Some(first) = bank.sets().first() else {
-            return Err(Error::usage("bank: no set; expected one or more"));
-        };
-        let grid = Arc::new(Grid::over(&first.places(), &config.grid)?);
-        let set = |model: &Model| {
-            Ok(BankSet {
-                name: model.header.prior.to_string(),
-                sensor: Arc::from(sensor_of(model, &grid, config)?),
-                scale: scale_of(model, config)?,
-                held_apart: Arc::new(bank.held_apart(model, grid.places())?),
-            })
-        };
-        let sets: Vec<BankSet<Arc<dyn SensorModel>>> =
-            bank.sets().iter().map(set).collect::<Result<_>>()?;
-        let seed = Seed(config.seed);
-        let sensor = Bank::new(sets, config.bank, seed)?;
-        Self::of_model(first, &grid, Box::new(sensor), config)
-    }
-
-    /// A robot with the odometry and the memory of a model.
-    fn of_model(
-        model: &Model,
-        grid: &Arc<Grid>,
-        sensor: Box<dyn SensorModel>,
-        config: &LiveConfig,
-    ) -> Result<Self> {
-        let motion = config.motion.as_ref().unwrap_or(&model.header.motion);
-        let stream = Seed(config.seed).stream("sampled features");
-        let mut robot = Self::from_parts(grid, motion.clone(), sensor, stream)?;
-        robot.past = model.past();
-        Ok(robot)
+    /// Where a constant makes no sense (the call is wrong).
+    pub fn restarting(mut self, restart: RestartConfig) -> Result<Self> {
+        self.restart = Some(Restart::new(restart)?);
+        Ok(self)
     }
 
     /// A robot with any sensor model, made for the cells of `grid`. `stream` is for models that draw random numbers.
@@ -181,7 +146,10 @@ impl LiveLocaliser {
             odometry: None,
             past: None,
             no_idea,
-            evidence: 0.0,
+            lost: LostConfig::default(),
+            prediction: Prediction::default(),
+            restart: None,
+            given_up: 0.0,
         })
     }
 
@@ -212,7 +180,11 @@ impl LiveLocaliser {
     pub fn restart(&mut self, belief: Belief) -> Result<()> {
         self.filter.restart(belief)?;
         self.odometry = None;
-        self.evidence = 0.0;
+        self.prediction = Prediction::default();
+        self.given_up = 0.0;
+        if let Some(restart) = &mut self.restart {
+            restart.forget();
+        }
         if let Some(past) = &mut self.past {
             past.forget();
         }
@@ -255,7 +227,7 @@ impl LiveLocaliser {
     /// scaled likelihood, whose best is 1.
     ///
     /// Odometry is not looked at: that is [`LiveLocaliser::predict`]'s part. A model that works from the readings of the last metres
-    /// ([`Model::history_m`]) finds by the observations' odometry where they were taken, so it must be there.
+    /// ([`Model::history_m`](crate::model::Model::history_m)) finds by the observations' odometry where they were taken, so it must be there.
     ///
     /// # Errors
     /// Where the observation lacks a sensor or has another number of values (the message says which), or is held impossible
@@ -277,6 +249,8 @@ impl LiveLocaliser {
 
     /// The same of an observation as the sensor model takes it.
     fn correct_by(&mut self, observation: &Observation) -> Result<f64> {
+        self.filter.mix(&self.no_idea, self.given_up)?;
+        self.given_up = 0.0; // once, whatever comes of the observation
         let belief = self.filter.belief();
         let mut log_likelihood =
             self.sensor
@@ -286,10 +260,15 @@ impl LiveLocaliser {
         }
         // ln Σ_ξ Bel(ξ) P(z|ξ), from the model as it is scaled, and the same for a robot that may be anywhere.
         let log_predictive = self.filter.correct(&log_likelihood)?;
-        let anywhere = self.no_idea.log_predictive(&log_likelihood);
-        let ratio = (log_predictive - anywhere).clamp(-MAX_EVIDENCE, MAX_EVIDENCE);
-        // Page, *Continuous inspection schemes*, Biometrika 41 (1954): what speaks for the belief is not saved up.
-        self.evidence = (self.evidence + ratio).clamp(-2.0 * LOST_EVIDENCE, 0.0);
+        let explained = Explained {
+            by_belief: log_predictive,
+            anywhere: self.no_idea.log_predictive(&log_likelihood),
+        };
+        self.prediction.observe(explained, self.lost.short);
+        self.given_up = match &mut self.restart {
+            Some(restart) => restart.after(log_predictive),
+            None => 0.0,
+        };
         Ok(log_predictive)
     }
 
@@ -310,92 +289,6 @@ impl LiveLocaliser {
     /// The cells.
     pub fn grid(&self) -> &Arc<Grid> {
         self.filter.grid()
-    }
-
-    /// [`Belief::mean`]: mean of x and y, circular mean of the heading.
-    pub fn mean(&self) -> Pose {
-        self.belief().mean()
-    }
-
-    /// [`Belief::covariance`] of x, y (m²) and heading (rad²) about that mean.
-    pub fn covariance(&self) -> Matrix3<f64> {
-        self.belief().covariance()
-    }
-
-    /// The centre of the cell of the largest mass.
-    pub fn mode(&self) -> Pose {
-        self.belief().places().pose(self.belief().mode())
-    }
-
-    /// [`Belief::entropy`], in nats.
-    pub fn entropy(&self) -> f64 {
-        self.belief().entropy()
-    }
-
-    /// Mass of all places no farther than `radius_m` from the mode, any heading: how sure the robot is of it.
-    pub fn mass_within(&self, radius_m: f64) -> f64 {
-        let (belief, mode) = (self.belief(), self.belief().mode());
-        belief.mass_within_m(belief.places(), mode, radius_m)
-    }
-
-    /// Expected distance from the mode to the truth, as the belief has it, in metres.
-    pub fn spread_m(&self) -> f64 {
-        let (belief, mode) = (self.belief(), self.belief().mode());
-        belief.expected_error_m(belief.places(), mode)
-    }
-
-    /// Evidence that the sensors give against the belief, in nats, 0 or more. Each observation z adds
-    /// ln [P(z | anywhere on the grid) / P(z | belief)], within ±2; the sum never falls below 0 nor rises above twice
-    /// [`LOST_EVIDENCE`], so that it is about the last few observations.
-    ///
-    /// This is Page's test (1954) for the moment from which on a belief predicts what is sensed worse than knowing nothing. As
-    /// long as the robot is where it believes, the belief predicts better, and the sum stays near 0. A robot that was carried
-    /// away, or has left the map, is sure of places where it is not; there its sensors contradict it again and again.
-    pub fn contradiction(&self) -> f64 {
-        -self.evidence
-    }
-
-    /// Is the robot lost? It is while its belief is spread (the expected error of the mode, [`LiveLocaliser::spread_m`], is
-    /// above [`LOST_SPREAD_M`]), or the sensors contradict it ([`LiveLocaliser::contradiction`] is [`LOST_EVIDENCE`] or more).
-    ///
-    /// It needs three observations at the least to contradict a sure belief. Where nothing can be told apart, sensors don't
-    /// contradict anything: a robot that was carried from one such place to another is not noticed before it comes to
-    /// others.
-    pub fn lost(&self) -> bool {
-        self.spread_m() > LOST_SPREAD_M || self.contradiction() >= LOST_EVIDENCE
-    }
-}
-
-/// What a model's answers say at the cells of a grid.
-fn sensor_of(model: &Model, grid: &Grid, config: &LiveConfig) -> Result<Box<dyn SensorModel>> {
-    if config.query_views > MOST_VIEWS {
-        return Err(Error::usage(format!(
-            "query_views = {}: expected at most {MOST_VIEWS}",
-            config.query_views
-        )));
-    }
-    let detector = Viewed::new(model.detector(), config.query_views, Seed(config.seed));
-    let detector = Arc::new(detector);
-    let at_every_pose = match config.evidence {
-        Evidence::MeanField => model.code_map(grid, false)?,
-        _ => None,
-    };
-    Ok(match at_every_pose {
-        Some(map) => Box::new(EveryPose::new(detector, Arc::new(map))?),
-        None => {
-            let map = Arc::new(model.map()?.at(grid.places())?);
-            Box::new(LearnedFeatures::new(detector, map, config.evidence)?)
-        }
-    })
-}
-
-/// How much a model's evidence counts; none: as much as it says.
-fn scale_of(model: &Model, config: &LiveConfig) -> Result<Option<EvidenceScale>> {
-    match config.evidence_scale.or(model.header.evidence_scale) {
-        Some(scale) if !(scale.is_finite() && scale > 0.0) => Err(Error::usage(format!(
-            "evidence_scale = {scale}: expected a number above 0"
-        ))),
-        scale => Ok(scale.map(EvidenceScale::of)),
     }
 }
 

@@ -36,17 +36,21 @@ pub mod landmark_classifier;
 pub mod likelihood_field;
 pub mod live;
 pub mod local_grid;
+pub mod lost;
 pub mod memoryless;
 pub mod monte_carlo;
 pub mod place_map;
 pub mod prepared;
 pub mod reckoned;
 pub mod responses;
+pub mod restart;
 pub mod sensor_model;
 mod sites;
 
 pub use filter::BayesLocaliser;
 pub use live::{LiveConfig, LiveLocaliser};
+pub use lost::LostConfig;
+pub use restart::RestartConfig;
 pub use sensor_model::{PreparedSensorModel, SensorModel};
 pub use sites::Sites;
 

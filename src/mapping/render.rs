@@ -212,7 +212,7 @@ impl Renderer {
     /// One ray from a sensor of a robot at `middle_m`, followed as far as the farthest-seeing beam.
     fn ray(&self, middle_m: [f64; 2], direction: &Direction) -> Ray {
         let (sin, cos) = direction.angle_rad.sin_cos();
-        let from_m = direction.from_m(middle_m);
+        let from_m = direction.starts_at_m(middle_m);
         let from = [0, 1].map(|axis| (from_m[axis] - self.origin_m[axis]) / self.cell_m);
         let most = self.beams.iter().map(|beam| self.most_m(beam));
         let most_m = most.fold(0.0, f64::max);

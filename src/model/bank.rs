@@ -147,7 +147,7 @@ impl ModelBank {
                 ours.insert(name.clone());
             }
             let set = layout::model(path, &header.to_string(), &of_set);
-            sets.push(set.map_err(|e| e.followed_by(&format!("in the bank's set for {prior}")))?);
+            sets.push(set.map_err(|e| e.followed_by(format!("in the bank's set for {prior}")))?);
         }
         if let Some((name, _)) = arrays
             .all()

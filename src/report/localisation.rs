@@ -1,9 +1,13 @@
 //! What localisation trials gave, for readers: one table, the curves as CSV, and their picture.
 
 mod best_rival;
+mod confidence;
+mod kidnapping;
 mod risk_plot;
 mod trial_figures;
 
+pub use confidence::{confidence, confidence_figures};
+pub use kidnapping::{kidnapping, kidnapping_figures};
 pub use risk_plot::risk_coverage_plot;
 pub use trial_figures::{paired, risk_coverage};
 

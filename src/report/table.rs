@@ -100,6 +100,11 @@ impl Table {
         self.rows.push(row);
     }
 
+    /// Is there no row?
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
     /// Adds a line below the table.
     pub fn caption(&mut self, line: impl Into<String>) {
         self.caption.push(line.into());

@@ -162,7 +162,7 @@ fn every_contender_is_in_the_table_and_in_the_json() {
                 .collect()
         };
         assert_eq!(levels("success_at_end", "within_m"), [0.2, 0.3, 0.5, 1.0]);
-        assert_eq!(levels("coverage", "level"), [0.5, 0.9, 0.99]);
+        assert_eq!(levels("coverage", "level"), [0.5, 0.9, 0.95, 0.99]);
         for key in ["success_at_end", "coverage"] {
             let shares = levels(key, "share");
             assert!(shares.is_sorted(), "{key}: {shares:?}");

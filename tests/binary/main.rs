@@ -4,6 +4,7 @@ mod bank;
 mod camera_views;
 mod compare;
 mod compare_localisation;
+mod confidence;
 mod configs;
 mod degraded;
 mod device;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    model::Training,
+    model::{Model, Training},
     recording::{Recording, npz},
 };
 use std::path::Path;

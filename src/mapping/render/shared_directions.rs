@@ -37,7 +37,7 @@ impl Direction {
     }
 
     /// Where the ray starts.
-    pub(super) fn from_m(&self, middle_m: [f64; 2]) -> [f64; 2] {
+    pub(super) fn starts_at_m(&self, middle_m: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| middle_m[axis] + self.offset_m[axis])
     }
 

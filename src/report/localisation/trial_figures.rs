@@ -191,6 +191,7 @@ mod tests {
             "heading_within_5deg",
             "coverage_50",
             "coverage_90",
+            "coverage_95",
             "coverage_99",
             "success_02m_5deg",
             "success_03m_5deg",

@@ -1,0 +1,245 @@
+//! When a robot counts as lost: constants fitted on the validation part, never on what is judged.
+//!
+//! The method's filter runs over sequences of the validation part from a start anywhere, and once more over each with a jump to
+//! another in its middle, so that it is seen unsure and right, sure and right, and sure and wrong.
+
+use super::{
+    carried::{Ground, jumps, on_validation},
+    method::Method,
+    methods::MethodContext,
+    sequences::{motion, validation_sequences},
+    trial_play::scaled_sensor,
+};
+use crate::{
+    belief::{Belief, Places},
+    error::Result,
+    localiser::{
+        BayesLocaliser, LostConfig, PreparedSensorModel, lost::NEAR_M, sensor_model::EvidenceScale,
+    },
+    score::Auroc,
+    seed::Seed,
+};
+use rayon::prelude::*;
+
+/// Sequences that are driven, each with and without a jump.
+const SEQUENCES: usize = 12;
+
+/// One step: was the robot lost, and what the score is made of.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    is_lost: bool,
+    near_mass: f64,
+    predicts: f64,
+}
+
+/// The constants for a method; the usual ones where nothing can be validated, none where it is no filter with a sensor.
+pub(super) fn tuned_lost(
+    method: &Method,
+    context: &MethodContext,
+    scale: Option<EvidenceScale>,
+) -> Result<Option<LostConfig>> {
+    let is_filter = super::carried::is_filter(method);
+    let usual = is_filter.then(LostConfig::default);
+    let Some(source) = context.parts.source.as_ref().filter(|_| is_filter) else {
+        return Ok(usual);
+    };
+    let trials = validation_sequences(context, SEQUENCES)?;
+    if trials.is_empty() {
+        return Ok(usual);
+    }
+    let places = Places::of(&source.recording);
+    let ground = Ground {
+        recording: &source.recording,
+        places: &places,
+        grid: &context.grid,
+        short: LostConfig::default().short,
+    };
+    let carried = jumps(&trials, &places, |length_m| 0.5 * length_m, context.seed());
+    let anywhere = Belief::uniform(context.grid.places())?;
+    let fitted = on_validation(method, context, |sensor| {
+        let scaled = scaled_sensor(Some(sensor), scale);
+        let sensor = scaled
+            .as_ref()
+            .map_or(sensor, |s| s as &dyn PreparedSensorModel);
+        let drives = trials.iter().map(|trial| vec![trial]);
+        let drives = drives.chain(carried.iter().map(|jump| vec![&jump.before, &jump.after]));
+        let drives: Vec<_> = drives.collect();
+        let drives = drives.par_iter().enumerate().map(|(number, legs)| {
+            let stream = context
+                .seed()
+                .numbered_stream("tuning of lost", number as u64);
+            let (grid, motion) = (&context.grid, motion(method, context));
+            let robot = BayesLocaliser::new(grid, motion, anywhere.clone(), Some(sensor), stream)?;
+            // Before its jump a robot is where the same sequence without one has it.
+            let last = ground.drive(robot, legs)?.pop().unwrap_or_default();
+            let steps = last.point_error_m.iter().zip(&last.sureness.near_mass);
+            let steps = steps.zip(&last.sureness.predicts);
+            let point = |((error_m, near_mass), predicts): ((&f64, &f64), &f64)| Point {
+                is_lost: *error_m > NEAR_M,
+                near_mass: *near_mass,
+                predicts: *predicts,
+            };
+            Ok(steps.map(point).collect::<Vec<Point>>())
+        });
+        let points = drives.collect::<Result<Vec<_>>>()?;
+        let (anywhere, carried) = points.split_at(trials.len());
+        Ok(fitted(&anywhere.concat(), &carried.concat()))
+    })?;
+    Ok(fitted.or(usual))
+}
+
+/// The constants by which steps without and with a jump are told apart best, both counting alike; and the threshold that tells best.
+///
+/// Likelihood alone would do worse: steps after a jump are many, and most of a validation part's others are right.
+fn fitted(anywhere: &[Point], carried: &[Point]) -> LostConfig {
+    let usual = LostConfig::default();
+    let of = |base: f64, slope: f64| LostConfig {
+        base,
+        slope,
+        ..usual.clone()
+    };
+    let grid = BASES.iter().flat_map(|&b| SLOPES.map(|s| of(b, s)));
+    let merit = |config: &LostConfig| {
+        let areas = [anywhere, carried].map(|points| area(points, config));
+        areas.iter().sum::<f64>() - LIKELIHOOD * nats(&[anywhere, carried].concat(), config)
+    };
+    let first = (usual.clone(), merit(&usual));
+    let (mut best, _) = grid.fold(first, |best, config| match merit(&config) {
+        merit if merit > best.1 => (config, merit),
+        _ => best,
+    });
+    best.threshold = threshold(&[anywhere, carried].concat(), &best);
+    best
+}
+
+/// Bases and slopes that are tried.
+const BASES: [f64; 8] = [-1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+const SLOPES: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
+
+/// What a nat a step counts beside an area of 1: it decides between constants that tell alike.
+const LIKELIHOOD: f64 = 0.02;
+
+/// How well the score tells the lost steps; 1/2 where there are none, or no others.
+fn area(points: &[Point], config: &LostConfig) -> f64 {
+    let scored = points.iter().map(|point| {
+        let score = config.of_mean(point.near_mass, point.predicts);
+        (0, point.is_lost, score)
+    });
+    let auroc = Auroc::of(&scored.collect::<Vec<_>>(), 0, Seed(0));
+    auroc.map_or(0.5, |auroc| auroc.value)
+}
+
+/// Mean −ln of what these constants make of the points.
+fn nats(points: &[Point], config: &LostConfig) -> f64 {
+    const LEAST: f64 = 1e-6;
+    let of_point = |point: &Point| {
+        let lost = config
+            .of_mean(point.near_mass, point.predicts)
+            .clamp(LEAST, 1.0 - LEAST);
+        -(if point.is_lost { lost } else { 1.0 - lost }).ln()
+    };
+    points.iter().map(of_point).sum::<f64>() / points.len().max(1) as f64
+}
+
+/// The threshold that finds most of the lost for the false alarms that it gives (Youden, *Index for rating diagnostic tests*, Cancer
+/// 3, 1950); the usual one where there are no lost steps, or no others.
+fn threshold(points: &[Point], config: &LostConfig) -> f64 {
+    let usual = LostConfig::default().threshold;
+    let lost = points.iter().filter(|point| point.is_lost).count() as f64;
+    let found = points.len() as f64 - lost;
+    let score = |point: &Point| config.of_mean(point.near_mass, point.predicts);
+    let mut scores: Vec<(f64, bool)> = points.iter().map(|p| (score(p), p.is_lost)).collect();
+    scores.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (mut caught, mut alarms) = (0.0, 0.0);
+    let mut best = (f64::NEG_INFINITY, usual);
+    for alike in scores.chunk_by(|a, b| a.0 == b.0) {
+        let lost_here = alike.iter().filter(|(_, is_lost)| *is_lost).count() as f64;
+        caught += lost_here;
+        alarms += alike.len() as f64 - lost_here;
+        let index = caught / lost - alarms / found;
+        if index > best.0 {
+            best = (index, alike[0].0);
+        }
+    }
+    // NaN and what is no threshold of a probability
+    match lost > 0.0 && found > 0.0 && best.1 > 0.0 && best.1 < 1.0 {
+        true => best.1,
+        false => usual,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::RngExt;
+
+    /// Points that follow the very model.
+    fn points(base: f64, slope: f64) -> Vec<Point> {
+        let mut stream = Seed(5).stream("points");
+        (0..6000)
+            .map(|_| {
+                let near_mass: f64 = stream.random_range(0.2..1.0);
+                let predicts: f64 = stream.random_range(-4.0..4.0);
+                let sure = near_mass / (1.0 + (-base - slope * predicts).exp());
+                Point {
+                    is_lost: !stream.random_bool(sure),
+                    near_mass,
+                    predicts,
+                }
+            })
+            .collect()
+    }
+
+    /// Sure and wrong after a jump, where only predictions tell; unsure at first without one.
+    #[test]
+    fn both_kinds_of_lost_steps_are_told() {
+        let anywhere = points(3.0, 0.25);
+        let carried: Vec<Point> = points(0.0, 3.0)
+            .into_iter()
+            .map(|point| Point {
+                near_mass: 0.99,
+                ..point
+            })
+            .collect();
+        let fitted = fitted(&anywhere, &carried);
+        assert!(fitted.check().is_ok());
+        let mass_alone = LostConfig {
+            base: 60.0,
+            slope: 0.0,
+            ..fitted.clone()
+        };
+        assert!(area(&carried, &fitted) > area(&carried, &mass_alone) + 0.2);
+        assert!(area(&anywhere, &fitted) > area(&anywhere, &mass_alone) - 0.03);
+    }
+
+    #[test]
+    fn with_nothing_to_learn_from_the_usual_constants_stay() {
+        assert_eq!(fitted(&[], &[]), LostConfig::default());
+    }
+
+    /// Scores .9 and .6 (lost), .55 and .4 (found), .3 (lost), .1 and .05 (found): 2/3 − 0 at .6 is the best.
+    #[test]
+    fn the_threshold_by_hand() {
+        let config = LostConfig {
+            base: 60.0,
+            ..LostConfig::default()
+        };
+        let points: Vec<Point> = [
+            (0.9, true),
+            (0.6, true),
+            (0.55, false),
+            (0.4, false),
+            (0.3, true),
+            (0.1, false),
+            (0.05, false),
+        ]
+        .map(|(score, is_lost)| Point {
+            is_lost,
+            near_mass: 1.0 - score,
+            predicts: 0.0,
+        })
+        .to_vec();
+        assert!((threshold(&points, &config) - 0.6).abs() < 1e-9);
+        assert_eq!(threshold(&points[5..], &config), 0.5);
+    }
+}
