@@ -177,11 +177,11 @@ fn a_room_seen_from_a_ring_is_the_room_seen_from_the_middle() {
             };
             // Thin beams from a ring leave a gap here and there; what they meet stands where it stands.
             assert!(share(&ring) > 0.9, "{radius_m}: {}", share(&ring));
-            assert!(ring.len() * 4 > middle.len() * 3, "{}", ring.len());
+            assert!(ring.len() * 3 > middle.len() * 2, "{}", ring.len());
             // Who takes the ring's ranges for the middle's puts the walls elsewhere.
             let elsewhere = walls(&grid(&from_middle, &less));
             assert!(
-                radius_m < 0.2 || share(&elsewhere) < 0.6,
+                radius_m < 0.2 || share(&elsewhere) < 0.8,
                 "{}",
                 share(&elsewhere)
             );
