@@ -106,10 +106,8 @@ fn of_bank<'a>(context: &MethodContext<'a>, run: &[usize]) -> Result<Vec<Method<
         set.evidence_scale = evidence_scale(set, context)?.map(|tuned| tuned.scale);
     }
     let of_sets: Vec<&Method> = sets.iter().collect();
-    let title = match context.config.bank.sets {
-        1 => format!("bank of {} sets", models.len()),
-        some => format!("bank of {} sets, {some} a step", models.len()),
-    };
+    let some = context.config.bank.sets.min(models.len());
+    let title = format!("bank, {some} of {} sets", models.len());
     let choice = context.config.bank;
     let one = bank(context, (models, run), &of_sets, choice, (BANK, &title))?;
     let all_title = format!("all {} sets at once", models.len());

@@ -111,7 +111,7 @@ fn a_bank_localises_beside_all_its_sets_and_each_alone() {
     let table = localise(&["--out", "o"]);
     table.done();
     let table = table.stdout;
-    assert!(table.contains("bank of 6 sets + map"), "{table}");
+    assert!(table.contains("bank, 2 of 6 sets + map"), "{table}");
     assert!(
         table.lines().all(|line| line.chars().count() <= 100),
         "{table}"

@@ -141,7 +141,7 @@ fn count_used<'a>(
     sets: &[&Method<'a>],
     used: &mut BTreeMap<usize, BTreeMap<String, usize>>,
 ) -> Result<()> {
-    let Some(bank) = bank_row::on_run(context, of_bank, sets, BankChoice::default())? else {
+    let Some(bank) = bank_row::on_run(context, of_bank, sets, BANKS[1].1)? else {
         return Ok(());
     };
     let seed = Seed(context.seed().0);

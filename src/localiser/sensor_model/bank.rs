@@ -41,7 +41,7 @@ impl Default for BankChoice {
     fn default() -> Self {
         Self {
             by: ChosenBy::default(),
-            sets: 1,
+            sets: 2,
         }
     }
 }

@@ -110,7 +110,7 @@ fn every_cell_of_the_standard_experiment_has_its_row() {
     );
     let answers = sheet("standard-answers").table.csv();
     assert!(
-        answers.contains("\nA,nearest,15,25,0,36,152\n"),
+        answers.contains("\nA,nearest,15,25,0,,36,152\n"),
         "{answers}"
     );
     assert_eq!(
