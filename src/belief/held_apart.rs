@@ -107,8 +107,8 @@ impl HeldApart {
         })
     }
 
-    /// [`expected_posterior_error_m`](super::expected_posterior_error::expected_posterior_error_m) over the places that a run and another have been to, each run for as much of the belief as lies
-    /// there; over all places alike where none of it does.
+    /// [`expected_posterior_error_m`](super::expected_posterior_error::expected_posterior_error_m) over the places that a run and
+    /// another have been to, each run for as much of the belief as lies there; over all places alike where none of it does.
     ///
     /// # Errors
     /// Where the belief is over other cells.

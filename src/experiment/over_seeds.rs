@@ -184,6 +184,10 @@ pub fn reproduce(
         asked.shrink_to_toy();
         if asked.system.len() > 3 {
             asked.dataset.truncate(2);
+            if let Some(recognition) = &mut asked.recognition {
+                let kept = |name: &String| asked.dataset.iter().any(|kept| kept.name == *name);
+                recognition.responses_of.retain(|name, _| kept(name));
+            }
         }
     }
     let folders = Folders {

@@ -20,7 +20,7 @@ pub struct RestartConfig {
 }
 
 impl Default for RestartConfig {
-    /// Chosen on validation parts (`docs/DESIGN.md`).
+    /// Assumed, and not tuned (`docs/DESIGN.md`).
     fn default() -> Self {
         Self {
             slow: 0.1,
