@@ -195,7 +195,8 @@ impl OccupancyGrid {
         if depth_m <= 0.0 {
             return;
         }
-        for seen in CONES.within(reading) {
+        let emptied_m = [model.minimum_m, model.minimum_m + depth_m];
+        for seen in CONES.within(reading, emptied_m) {
             let share = (seen.distance_m - model.minimum_m) / depth_m;
             if (0.0..=1.0).contains(&share) {
                 let empty = (1.0 - share * share) * aside(seen.off_axis_rad, reading);
@@ -215,8 +216,10 @@ impl OccupancyGrid {
         arc: &mut Vec<(usize, f64)>,
     ) {
         arc.clear();
-        for seen in CONES.within(reading) {
-            let share = (seen.distance_m - reading.range_m) / model.range_error_m;
+        let error_m = model.range_error_m;
+        let arc_m = [reading.range_m - error_m, reading.range_m + error_m];
+        for seen in CONES.within(reading, arc_m) {
+            let share = (seen.distance_m - reading.range_m) / error_m;
             if (-1.0..=1.0).contains(&share) {
                 let occupied = (1.0 - share * share) * aside(seen.off_axis_rad, reading);
                 arc.push((seen.index, occupied * (1.0 - self.empty[seen.index])));
@@ -277,25 +280,44 @@ struct Seen {
 struct Cell {
     bearing_rad: f64,
     distance_m: f64,
+    at_m: [f64; 2],
     index: usize,
 }
 
-impl Cell {
-    /// Off the axis by this angle at the robot's middle, from a sensor that sits so far out on the axis.
-    fn seen(&self, off_axis_rad: f64, offset_m: f64) -> Seen {
-        let (distance_m, off_axis_rad) = match offset_m {
-            0.0 => (self.distance_m, off_axis_rad),
+/// Where a sensor sits, and the direction of its axis.
+struct Sensor {
+    offset_m: f64,
+    axis: [f64; 2],
+}
+
+impl Sensor {
+    fn of(reading: &Reading) -> Self {
+        let (sin, cos) = reading.bearing_rad.sin_cos();
+        Self {
+            offset_m: reading.offset_m,
+            axis: [cos, sin],
+        }
+    }
+
+    /// A cell that lies off the axis by this angle at the robot's middle, if its distance from the sensor is within bounds. Angles at
+    /// a sensor on a ring are dear, and most cells of a wide cone are nearer or farther than what is asked for.
+    fn seen(&self, cell: &Cell, off_axis_rad: f64, [least_m, most_m]: [f64; 2]) -> Option<Seen> {
+        let [ahead_m, left_m] = match self.offset_m {
+            0.0 => [cell.distance_m, 0.0],
             offset_m => {
-                let (sin, cos) = off_axis_rad.sin_cos();
-                let [ahead_m, left_m] = [self.distance_m * cos - offset_m, self.distance_m * sin];
-                (ahead_m.hypot(left_m), left_m.atan2(ahead_m))
+                let ([x_m, y_m], [cos, sin]) = (cell.at_m, self.axis);
+                [x_m * cos + y_m * sin - offset_m, y_m * cos - x_m * sin]
             }
         };
-        Seen {
-            index: self.index,
+        let distance_m = (ahead_m * ahead_m + left_m * left_m).sqrt();
+        (least_m..=most_m).contains(&distance_m).then(|| Seen {
+            index: cell.index,
             distance_m,
-            off_axis_rad,
-        }
+            off_axis_rad: match self.offset_m {
+                0.0 => off_axis_rad,
+                _ => left_m.atan2(ahead_m),
+            },
+        })
     }
 }
 
@@ -310,6 +332,7 @@ static CONES: LazyLock<Cones> = LazyLock::new(|| {
             Cell {
                 bearing_rad: y_m.atan2(x_m).rem_euclid(TAU),
                 distance_m: x_m.hypot(y_m),
+                at_m: [x_m, y_m],
                 index,
             }
         })
@@ -319,22 +342,24 @@ static CONES: LazyLock<Cones> = LazyLock::new(|| {
 });
 
 impl Cones {
-    /// The cells in a reading's cone. One that begins farther out lies within one of the same opening from the middle.
-    fn within(&self, reading: &Reading) -> impl Iterator<Item = Seen> {
-        let offset_m = reading.offset_m;
+    /// The cells in a reading's cone, so far from its sensor. A cone that begins farther out lies within one of the same opening
+    /// from the middle.
+    fn within(&self, reading: &Reading, between_m: [f64; 2]) -> impl Iterator<Item = Seen> {
+        let sensor = Sensor::of(reading);
         let half = reading.opening_rad.min(TAU) / 2.0;
         let axis = reading.bearing_rad.rem_euclid(TAU);
         // A cone across bearing 0 has two stretches.
-        [-TAU, 0.0, TAU].into_iter().flat_map(move |turn| {
+        let turns = [-TAU, 0.0, TAU].into_iter();
+        let stretches = turns.map(move |turn| {
             let axis = axis + turn;
             let first = self.0.partition_point(|c| c.bearing_rad < axis - half);
             let end = self.0.partition_point(|c| c.bearing_rad <= axis + half);
-            let stretch = self.0.get(first..end).unwrap_or_default();
-            let seen = stretch
-                .iter()
-                .map(move |c| c.seen(c.bearing_rad - axis, offset_m));
-            seen.filter(move |seen| seen.off_axis_rad.abs() <= half)
-        })
+            (axis, self.0.get(first..end).unwrap_or_default())
+        });
+        let cells = stretches.flat_map(|(axis, cells)| cells.iter().map(move |cell| (cell, axis)));
+        let seen =
+            cells.filter_map(move |(c, axis)| sensor.seen(c, c.bearing_rad - axis, between_m));
+        seen.filter(move |seen| seen.off_axis_rad.abs() <= half)
     }
 }
 
