@@ -31,7 +31,7 @@ const USUAL_PRIORS: usize = 2;
 /// ```no_run
 /// use ballmark::{Model, detector::Detector, experiment::{line_up::line_up, localisation, localise_config::LocaliseConfig,
 ///     methods::MethodContext, parts::Parts}, recording::npz};
-/// # fn my_detector() -> Box<dyn Detector> { unimplemented!() }
+/// # fn my_detector() -> Box<dyn Detector> { Box::new(ballmark::detector::ceiling_light::CeilingLight::default()) }
 /// let model = Model::read("corridor-2m.safetensors".as_ref())?;
 /// let recording = npz::read("corridor.npz".as_ref())?; // the model's own: the trials run on its test part
 /// let parts = Parts::new(&model, &recording, None)?;

@@ -2,7 +2,8 @@
 //!
 //! Arrays stand as in the file of a single model, those of a set behind `set.{uncertainty}.`: `set.2m.filter.0.0.weight`,
 //! `set.2m.input.mean`, `set.2m.map.activation`. The places are those of all sets: `map.pose`, `map.route`, and besides these
-//! `map.run` `[K]` f64, the run that each snapshot is of, counted from 0. The JSON is `{"bank": [header, …]}`.
+//! `map.run` `[K]` f64, the run that each snapshot is of, counted from 0; where all are of one run,
+//! the stretch ([`passes`](crate::recording::split::passes)). The JSON is `{"bank": [header, …]}`.
 
 use super::{
     arrays::{Arrays, Values},

@@ -88,6 +88,18 @@ impl Default for SplitConfig {
     }
 }
 
+/// The pass that each of some snapshots is of, counted from 0: its run, or where all are of one run, its stretch of
+/// [`AUTO_STRETCH_M`].
+pub fn passes(recording: &Recording, snapshots: &[usize]) -> Vec<usize> {
+    let runs = recording.run_numbers(snapshots);
+    if runs.iter().any(|run| *run != runs[0]) {
+        return runs;
+    }
+    let travelled_m = recording.travelled_m();
+    let stretch = |&k: &usize| (travelled_m[k] / AUTO_STRETCH_M) as usize;
+    snapshots.iter().map(stretch).collect()
+}
+
 /// Indices of the snapshots of each part, ascending.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Split {

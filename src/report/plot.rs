@@ -1,14 +1,14 @@
 //! Curves with bands, in one frame or in several stacked above one another, as SVG.
 
+mod legend;
+
 use super::canvas::{
     Canvas, Drawn, GRID, INK, WIDTH, at, colour, dash, drawable, font, picture, px, range,
     shortened, tick,
 };
 use crate::error::{Error, Result};
-use plotters::{
-    prelude::*,
-    style::text_anchor::{HPos, Pos, VPos},
-};
+use legend::{draw_legend, legend_width};
+use plotters::prelude::*;
 use std::ops::Range;
 
 /// One curve: y over x, with a band such as a 95 % interval around it where there is one. A value that is not finite
@@ -290,38 +290,6 @@ fn joined(curve: &Curve, part: Range<usize>, trace: Trace) -> Vec<(f64, f64)> {
         points.push((curve.x[k], curve.y[k]));
     }
     points
-}
-
-/// Most characters of a name that the legend shows.
-const LONGEST_NAME: usize = 34;
-
-fn legend_width(names: &[&str]) -> u32 {
-    let longest = names
-        .iter()
-        .map(|name| name.chars().count().min(LONGEST_NAME))
-        .max();
-    longest.map_or(0, |characters| 62 + 8 * characters as u32)
-}
-
-fn draw_legend(area: &Canvas<'_>, names: &[&str]) -> Drawn {
-    for (index, name) in names.iter().enumerate() {
-        let middle = at(24 + 24 * index as u32);
-        let ink = ShapeStyle::from(&colour(index)).stroke_width(px(2));
-        let line = [(at(4), middle), (at(38), middle)];
-        match dash(index) {
-            None => area.draw(&PathElement::new(line, ink))?,
-            Some((dash, gap)) => area.draw(&plotters::element::DashedPathElement::new(
-                line, dash, gap, ink,
-            ))?,
-        }
-        let beside = font(15).pos(Pos::new(HPos::Left, VPos::Center));
-        area.draw(&Text::new(
-            shortened(name, LONGEST_NAME),
-            (at(46), middle),
-            beside,
-        ))?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]

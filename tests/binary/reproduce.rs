@@ -193,7 +193,7 @@ fn thruns_figures_stand_beside_ours() {
         "held out",
         "Fig. 6: global localisation",
         "Readings for one bit",
-        "one set a step, by least expected error",
+        "one set a step, by least error",
         "which camera to mount",
     ] {
         assert!(text.contains(part), "`{part}` is missing in: {text}");
@@ -221,6 +221,7 @@ fn thruns_figures_stand_beside_ours() {
         "figure_6_d1.svg",
         "figure_7.svg",
         "figure_8.svg",
+        "bank.svg",
         "errors.csv",
     ];
     for name in names {

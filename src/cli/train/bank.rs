@@ -11,7 +11,7 @@ use crate::{
     error::Result,
     learning::Recipe,
     model::{Learned, ModelBank, Training},
-    recording::Recording,
+    recording::{Recording, split::passes},
 };
 use std::path::{Path, PathBuf};
 
@@ -34,7 +34,7 @@ pub(super) fn learned(
     }
     let models = sets.iter().map(|set| set.model.clone()).collect();
     let training_part = recipe.split.split(recording)?.train;
-    ModelBank::new(models, recording.run_numbers(&training_part))?.write(output)?;
+    ModelBank::new(models, passes(recording, &training_part))?.write(output)?;
     // The bank is safe; stale checkpoints are only in the way.
     for uncertainty in Uncertainty::of_a_bank() {
         let _ = Training::remove_checkpoints(recipe, &checkpoint_of_set(output, uncertainty));

@@ -33,8 +33,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The banks, by the names of their approaches: one set a step, then more.
-const BANKS: [(&str, BankChoice); 4] = [
+const BANKS: [(&str, BankChoice); 5] = [
     ("bank_by_error", choice(ChosenBy::LeastError, 1)),
+    ("bank_of_2_by_error", choice(ChosenBy::LeastError, 2)),
     ("bank", choice(ChosenBy::MostInformation, 1)),
     ("bank_of_2", choice(ChosenBy::MostInformation, 2)),
     ("bank_of_3", choice(ChosenBy::MostInformation, 3)),
@@ -141,7 +142,7 @@ fn count_used<'a>(
     sets: &[&Method<'a>],
     used: &mut BTreeMap<usize, BTreeMap<String, usize>>,
 ) -> Result<()> {
-    let Some(bank) = bank_row::on_run(context, of_bank, sets, BANKS[1].1)? else {
+    let Some(bank) = bank_row::on_run(context, of_bank, sets, BANKS[2].1)? else {
         return Ok(());
     };
     let seed = Seed(context.seed().0);

@@ -78,6 +78,7 @@ fn has_a_bank(bank: &BankRecord) {
     let sets = ["1m", "2m", "5m", "10m", "50m", "global"];
     let banks = [
         "bank_by_error",
+        "bank_of_2_by_error",
         "bank",
         "bank_of_2",
         "bank_of_3",

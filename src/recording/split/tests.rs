@@ -208,3 +208,18 @@ fn many_runs_stay_whole_by_themselves() {
         one_run.travelled_m().partition_point(|d| *d < 15.0)
     );
 }
+
+#[test]
+fn passes_are_runs_or_else_stretches() {
+    let two = recording(2, 40, 2);
+    let last = two.len() - 1;
+    assert_eq!(passes(&two, &[0, 1, last]), [0, 0, 1]);
+    let one = recording(1, 60, 1); // about 30 m
+    let travelled_m = one.travelled_m();
+    let all: Vec<usize> = (0..one.len()).collect();
+    let passes = passes(&one, &all);
+    assert!(passes.is_sorted() && passes[passes.len() - 1] >= 1);
+    for (k, pass) in passes.iter().enumerate() {
+        assert_eq!(*pass, (travelled_m[k] / AUTO_STRETCH_M) as usize);
+    }
+}

@@ -11,12 +11,13 @@ use crate::{
 };
 
 /// How the table calls an approach.
-fn titled(approach: &str) -> String {
+pub(super) fn titled(approach: &str) -> String {
     match approach {
-        "bank_by_error" => "one set a step, by least expected error".into(),
-        "bank" => "one set a step, by most expected information".into(),
-        "bank_of_2" => "two sets a step, by most expected information".into(),
-        "bank_of_3" => "three sets a step, by most expected information".into(),
+        "bank_by_error" => "one set a step, by least error".into(),
+        "bank_of_2_by_error" => "two sets a step, by least error".into(),
+        "bank" => "one set a step, by information".into(),
+        "bank_of_2" => "two sets a step, by information".into(),
+        "bank_of_3" => "three sets a step, by information".into(),
         "all_sets" => "all six sets at every step".into(),
         set => match set.parse() {
             Ok(prior) => format!("four features for {}", words(prior)),
@@ -50,6 +51,8 @@ pub(super) fn bank(record: &Thrun1998Record) -> Option<Sheet> {
         bank.trials,
         bank.runs
     ));
+    table
+        .caption("by least expected error after the step, or by most expected information from it");
     table.caption("of best: the way until the mean error passes 1 m, as a share of that of the best set alone, which each");
     table.caption("  resample of the runs chooses anew; the paper's features for ±2 m need 9.5 m in its own corridor");
     table.caption(used(bank));

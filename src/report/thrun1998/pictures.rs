@@ -1,6 +1,6 @@
 //! Figs. 3 to 8 of Thrun (1998) as pictures.
 
-use super::{LOCAL_FEATURES, curve_rows, named, titled};
+use super::{LOCAL_FEATURES, bank::titled as bank_titled, curve_rows, named, titled};
 use crate::{
     error::Result,
     experiment::thrun1998::{
@@ -32,6 +32,27 @@ pub fn pictures(record: &Thrun1998Record) -> Result<Vec<(String, String)>> {
         let title = format!("{}: from a start anywhere", named(&set.name));
         let picture = framed_plot(&title, "distance travelled (m)", &panel)?;
         pictures.push((format!("figure_6_{}", set.name), picture));
+    }
+    if let Some(bank) = &record.bank {
+        let shares = bank.shares.iter().map(|share| &share.approach);
+        let shown: Vec<&String> = bank.best_alone.iter().chain(shares).collect();
+        let approaches = bank.approaches.iter();
+        let curve = |approach: &GlobalRecord| Curve {
+            name: bank_titled(&approach.approach),
+            band: None, // seven of them would hide one another
+            ..error_curve(approach)
+        };
+        let panel = Panel {
+            y_label: "mean error (m)".into(),
+            curves: approaches
+                .filter(|approach| shown.contains(&&approach.approach))
+                .map(curve)
+                .collect(),
+            y_range: None,
+        };
+        let title = format!("{}: a bank of filters, and its best set", named(&bank.set));
+        let picture = framed_plot(&title, "distance travelled (m)", &panel)?;
+        pictures.push(("bank".into(), picture));
     }
     if let Some(belief) = &record.belief {
         let panel = |moment: &Moment| Panel {
