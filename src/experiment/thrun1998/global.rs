@@ -298,3 +298,26 @@ pub(super) fn localise_config(config: &Thrun1998Config) -> LocaliseConfig {
         ..LocaliseConfig::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two runs; means 3, 2 and 0 m: 1 m lies in the middle between the second row and the third. The first run alone passes at 0.25 m.
+    #[test]
+    fn the_mean_passes_1m_between_two_rows() {
+        let mut corridor = Corridor::new("d1");
+        corridor.approaches = vec!["a".into(), "never".into()];
+        let rows = [[2.0, 4.0], [0.0, 4.0], [0.0, 0.0]];
+        for (step, errors) in rows.into_iter().enumerate() {
+            corridor.errors_m.insert((0, step), errors.to_vec());
+            corridor.errors_m.insert((1, step), vec![5.0, 5.0]);
+        }
+        assert_eq!(corridor.runs(), 2);
+        let passes = |runs: &[usize]| corridor.passes_1m_at_m(runs);
+        assert_eq!(passes(&[0, 1])[0], ("a".to_string(), Some(0.75)));
+        assert_eq!(passes(&[0, 0])[0].1, Some(0.25));
+        assert_eq!(passes(&[1])[0].1, Some(0.5 + 0.5 * 3.0 / 4.0));
+        assert_eq!(passes(&[0, 1])[1], ("never".to_string(), None));
+    }
+}

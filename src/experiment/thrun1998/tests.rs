@@ -107,6 +107,11 @@ fn has_choices(choices: &[ChoiceRecord]) {
         assert_eq!(choice.seeds, 1);
         let difference = choice.chosen_m.mean - choice.chance_m.mean;
         assert!((choice.less_than_chance_m.mean - difference).abs() < 1e-9);
+        // Whoever looks where most is expected knows more than who looks anywhere.
+        assert!(
+            choice.question != "heading" || difference < -1.0,
+            "{choice:?}"
+        );
         // A robot that is sure stays sure, wherever it goes.
         assert!(
             choice.question != "action_control" || choice.chosen_m.mean < 1.0,
