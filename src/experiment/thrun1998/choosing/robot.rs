@@ -19,6 +19,13 @@ const STEP_M: f64 = 0.5;
 /// Metres that the robot drives, ahead or back, before it senses and decides anew.
 const DRIVE_M: f64 = 2.0;
 
+/// So many such drives on it looks, the belief moved without being corrected.
+const DRIVES_AHEAD: usize = 4;
+
+/// A place this near to one that it has sensed from since its start, by its odometry, tells it nothing new, in metres: the same wall seen
+/// once more is no second witness, which no sum over independent readings knows.
+const SEEN_WITHIN_M: f64 = 1.0;
+
 /// What is to be decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Question {
@@ -56,6 +63,10 @@ struct Going {
     filter: BayesFilter,
     /// Number among the snapshots that are driven.
     at: usize,
+    /// Metres along the route since the start, by odometry.
+    along_m: f64,
+    /// Where on it was sensed.
+    sensed_m: Vec<f64>,
     /// Of the sampled features.
     features: Stream,
     /// Of decisions by chance.
@@ -144,6 +155,8 @@ impl<'a> Robot<'a> {
         Ok(Going {
             filter: BayesFilter::new(&self.eyes.grid, self.eyes.motion.clone(), belief)?,
             at,
+            along_m: 0.0,
+            sensed_m: Vec::new(),
             features: self
                 .seed
                 .numbered_stream("features of choices", number as u64),
@@ -177,17 +190,32 @@ impl<'a> Robot<'a> {
         let number = match policy {
             Policy::Fixed(number) => number,
             Policy::Chance => going.chance.random_range(0..free.len()),
-            Policy::LeastError => least(free.iter().map(|way| {
-                let mut there = going.filter.clone();
-                there.predict(&Displacement {
-                    forward_m: way * DRIVE_M,
-                    left_m: 0.0,
-                    turn_rad: 0.0,
-                })?;
-                self.promise(camera, there.belief())
-            }))?,
+            Policy::LeastError => least(
+                free.iter()
+                    .map(|way| self.promise_of_way(*way, camera, going)),
+            )?,
         };
         Ok(free[number])
+    }
+
+    /// The same after each of the next drives this way, on average; where nothing new is to be seen, what is left without a reading.
+    fn promise_of_way(&self, way: f64, camera: &Eye, going: &Going) -> Result<f64> {
+        let mut there = going.filter.clone();
+        let mut sum_m = 0.0;
+        for drives in 1..=DRIVES_AHEAD {
+            there.predict(&Displacement {
+                forward_m: way * DRIVE_M,
+                left_m: 0.0,
+                turn_rad: 0.0,
+            })?;
+            let along_m = going.along_m + way * DRIVE_M * drives as f64;
+            let is_seen = |sensed_m: &f64| (sensed_m - along_m).abs() < SEEN_WITHIN_M;
+            sum_m += match going.sensed_m.iter().any(is_seen) {
+                true => unsensed_error_m(there.belief()),
+                false => self.promise(camera, there.belief())?,
+            };
+        }
+        Ok(sum_m / DRIVES_AHEAD as f64)
     }
 
     /// The error that is expected to be left after a reading.
@@ -228,6 +256,7 @@ impl<'a> Robot<'a> {
             going
                 .filter
                 .predict(&odometry(going.at).displacement_to(&odometry(next)))?;
+            going.along_m += way * odometry(going.at).distance_m(&odometry(next));
             going.at = next;
         }
         Ok(())
@@ -241,11 +270,22 @@ impl<'a> Robot<'a> {
         let (belief, features) = (going.filter.belief(), &mut going.features);
         let log_likelihood = camera.sensor.log_likelihood(seen, belief, features)?;
         going.filter.correct(&log_likelihood)?;
+        going.sensed_m.push(going.along_m);
         Ok(going
             .filter
             .belief()
             .expected_error_m(&self.eyes.places, truth))
     }
+}
+
+/// The expected error of a robot that senses nothing: Σ_ξ* Bel(ξ*) Σ_ξ Bel(ξ) e(ξ*, ξ).
+fn unsensed_error_m(belief: &Belief) -> f64 {
+    let places = belief.places();
+    let truths = belief.mass().iter().enumerate();
+    let truths = truths.filter(|(_, mass)| **mass > 0.0);
+    truths
+        .map(|(truth, mass)| mass * belief.expected_error_m(places, truth))
+        .sum()
 }
 
 /// The number of the least; of equals, the first.
