@@ -6,8 +6,10 @@
 mod channel;
 mod config;
 mod sectors;
+mod steps;
 
 pub use config::{InputConfig, SectorValue};
+pub use steps::ChannelSteps;
 
 use super::check_width;
 use crate::{

@@ -29,6 +29,7 @@ mod header;
 mod layout;
 mod note;
 pub mod npz;
+pub mod onnx;
 mod pretrained;
 mod remembered;
 mod report;

@@ -186,10 +186,37 @@ fn an_npz_that_claims_or_lacks_something_is_refused_by_the_array() {
 fn outputs_that_cannot_be_written_are_told() {
     let place = trained();
     let before = place.files();
-    for output in ["m.onnx", "m", "m.npz.gz"] {
-        export(&place, "m.npz", output).refused(2, &[output, "ending in .safetensors or .npz"]);
+    for output in ["m.pt", "m", "m.npz.gz"] {
+        export(&place, "m.npz", output)
+            .refused(2, &[output, "ending in .onnx, .safetensors or .npz"]);
     }
     export(&place, "m.npz", "toy.csv/m.npz").refused(1, &["toy.csv/m.npz", "is a file"]);
     export(&place, "m.npz", "nowhere/m.npz").refused(1, &["nowhere/m.npz", "does not exist"]);
     assert_eq!(place.files(), before);
+}
+
+/// `tests/onnx/check.py` asks ONNX's own runtime what the file answers; here is what needs no Python.
+#[test]
+fn a_graph_is_written_whole_and_alike_each_time() {
+    let place = trained();
+    export(&place, "m.npz", "m.onnx").done();
+    export(&place, "m.npz", "again.onnx").done();
+    let bytes = std::fs::read(place.path("m.onnx")).unwrap();
+    assert_eq!(bytes, std::fs::read(place.path("again.onnx")).unwrap());
+    let holds = |name: &str| {
+        bytes
+            .windows(name.len())
+            .any(|part| part == name.as_bytes())
+    };
+    for name in [
+        "snapshot",
+        "probability",
+        "map.activation",
+        "TopK",
+        "dataset_sha256",
+    ] {
+        assert!(holds(name), "{name}");
+    }
+    export(&place, "m.npz", "nowhere/m.onnx").refused(1, &["nowhere/m.onnx", "does not exist"]);
+    export(&place, "m.onnx", "m.npz").refused(1, &["m.onnx"]);
 }

@@ -20,12 +20,12 @@ pub(super) struct ChannelInput {
     pub(super) name: String,
     pub(super) width: usize,
     unit: String,
-    kind: Kind,
+    pub(super) kind: Kind,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Kind {
+pub(super) enum Kind {
     /// Ranges: clipped, pooled; a missing return counts as the clip.
     Ranges {
         clip: f32,
