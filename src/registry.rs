@@ -37,6 +37,12 @@ pub trait Constants: Debug + Send + Sync {
         None
     }
 
+    /// Where the constants name the file of a world whose plan they are given: that name. It may be empty; a comparison then sets the
+    /// name of the world that a dataset is simulated in.
+    fn world(&mut self) -> Option<&mut PathBuf> {
+        None
+    }
+
     /// Names of all files that the constants name; a configuration's file names are relative to itself.
     fn files(&mut self) -> Vec<&mut PathBuf> {
         self.model().into_iter().collect()

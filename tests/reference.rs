@@ -30,6 +30,7 @@ use ballmark::{
     localiser::{self, monte_carlo::MonteCarloConfig},
     recogniser,
     recording::degraded::Degraded,
+    score::prediction_correction::FrameworkReport,
     world,
 };
 use defaults::Defaults;
@@ -197,6 +198,19 @@ fn degraded(source: &Source) -> Page {
         "src/recording/degraded.rs",
         Some(value(Degraded::default())),
     );
+    draft.page
+}
+
+fn trajectory(source: &Source) -> Page {
+    let mut draft = Draft::new(
+        source,
+        "`ballmark trajectory --config C.toml`: keys of several runs",
+        "Texts are printed as they are stated; whatever is not stated is printed as missing. Each run is a `[[run]]`; `estimate` and \
+         `reference` must be there. File names are relative to the configuration.",
+    );
+    let framework = value(FrameworkReport::default());
+    draft.add("framework", "FrameworkReport", "", Some(framework));
+    draft.add("[[run]]", "RunConfig", "src/cli/trajectory/runs.rs", None);
     draft.page
 }
 
@@ -397,6 +411,7 @@ fn pages(source: &Source) -> BTreeMap<&'static str, Page> {
         ("localise.md", localise(source)),
         ("compare.md", compare(source)),
         ("systems.md", systems(source)),
+        ("trajectory.md", trajectory(source)),
         ("world.md", world(source)),
     ])
 }

@@ -18,6 +18,7 @@ pub mod grid;
 pub mod held_apart;
 mod kernel;
 mod lattice;
+pub mod lost;
 pub mod map;
 mod modes;
 mod moments;

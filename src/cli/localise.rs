@@ -149,6 +149,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     } else {
         &parts
     };
+    let noisy = degraded.noisy(parts.run, &parts.unseen, config.seed())?;
+    let in_noise = noisy.as_ref().map(|noisy| parts.with_run(noisy));
+    let parts = in_noise.as_ref().unwrap_or(parts);
     let started = Instant::now();
     let record = match bank {
         Some(bank) => {
@@ -184,7 +187,11 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             config.seed().0
         ));
         print(&table.text())?;
-        for more in [tables::confidence(&record), tables::kidnapping(&record)] {
+        for more in [
+            tables::correction(&record),
+            tables::confidence(&record),
+            tables::kidnapping(&record),
+        ] {
             if !more.is_empty() {
                 print(&format!("\n{}", more.text()))?;
             }
@@ -237,6 +244,8 @@ pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Resul
     write_text(&folder.join("paired.csv"), &tables::paired(record).csv())?;
     let confidence = tables::confidence_figures(record);
     write_text(&folder.join("confidence.csv"), &confidence.csv())?;
+    let correction = tables::correction_figures(record);
+    write_text(&folder.join("correction.csv"), &correction.csv())?;
     let kidnapping = tables::kidnapping_figures(record);
     if !kidnapping.is_empty() {
         write_text(&folder.join("kidnapping.csv"), &kidnapping.csv())?;
@@ -287,7 +296,13 @@ pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
         "unseen_is_validation": record.unseen_is_validation,
         "people": record.people,
         "degraded": record.degraded,
-        "timing": { "seconds": seconds, "step_ms": record.timing.step_ms },
+        "noise": record.noise,
+        "timing": {
+            "seconds": seconds,
+            "step_ms": record.timing.step_ms,
+            "prediction_ms": record.timing.prediction_ms,
+            "correction_ms": record.timing.correction_ms,
+        },
         "paired_tests": record.paired_tests,
     });
     let mut systems = Vec::new();

@@ -11,7 +11,7 @@ use crate::{
     belief::Uncertainty,
     detector::device::{Device, DeviceChoice},
     error::{Error, Result},
-    experiment::sequences::tuned_scale,
+    experiment::robot_constants,
     learning::{
         Recipe,
         recipe::{BeginWith, NamedRecipe},
@@ -235,10 +235,14 @@ impl Begun<'_> {
     }
 }
 
-/// Finds how much a model's evidence counts.
+/// Finds how much a model's evidence counts, and when its robot is lost.
 fn tune_evidence(learned: &mut Learned, recording: &Recording) {
-    match tuned_scale(&learned.model, recording) {
-        Ok(scale) => learned.model.header.evidence_scale = scale,
+    match robot_constants::tuned(&learned.model, recording) {
+        Ok(tuned) => {
+            let header = &mut learned.model.header;
+            header.evidence_scale = tuned.as_ref().map(|tuned| tuned.evidence_scale);
+            header.lost = tuned.map(|tuned| tuned.lost);
+        }
         // A model that learned well is worth keeping, whatever a grid over its places would need.
         Err(fault) => warn(&format!("note: evidence not tuned: {fault}")),
     }

@@ -1,19 +1,23 @@
 //! `ballmark trajectory`: judges anyone's poses.
 
+mod folder;
+mod runs;
+
 use super::{Outcome, print, warn};
 use crate::{
     error::{Error, Result},
-    report::{Table, trajectory_tables},
+    report::{Table, conditions_text, runs_tables, trajectory_tables},
     score::{
         prediction_correction::{Edges, MetricOptions, Precision, SearchStep},
         trajectory::{
-            self, Alignment, Delta, DeltaUnit, EvaluationOptions, Format, Matching, OutputFormat,
-            Trajectory,
+            self, Alignment, Delta, DeltaUnit, Evaluation, EvaluationOptions, Format, Matching,
+            OutputFormat, RunsEvaluation, Trajectory,
         },
     },
     storage,
 };
 use clap::builder::PossibleValuesParser;
+use runs::{RunConfig, TrajectoryExperiment};
 use std::path::{Path, PathBuf};
 
 /// Judge a trajectory: how far is an estimate from a reference?
@@ -22,22 +26,28 @@ use std::path::{Path, PathBuf};
 /// are paired by time; absolute and relative pose errors (APE, RPE) equal those of `evo`. Fewer than 90 % of REF matched is a failure.
 ///
 /// With the estimates before correction (`--prior`) also the prediction-correction metric of Ruiz-Mayor et al. (2006): what the
-/// localiser's correction is worth apart from its prediction.
+/// localiser's correction is worth apart from its prediction. Several runs of one localiser are judged apart and together (`--config`).
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub struct Arguments {
     /// Estimated poses.
-    #[arg(value_name = "EST")]
-    estimate: PathBuf,
+    #[arg(value_name = "EST", required_unless_present = "config")]
+    estimate: Option<PathBuf>,
     /// Reference: the true poses.
-    #[arg(value_name = "REF")]
-    reference: PathBuf,
+    #[arg(value_name = "REF", required_unless_present = "config")]
+    reference: Option<PathBuf>,
     /// Estimates before correction, with the stamps of EST.
     #[arg(long, value_name = "P")]
     prior: Option<PathBuf>,
+    /// Several runs as [[run]], and what a reader must know of the experiment as [framework] and [run.conditions].
+    #[arg(long, value_name = "C.toml")]
+    config: Option<PathBuf>,
     /// One JSON object instead of tables.
     #[arg(long)]
     json: bool,
+    /// Folder for all of it: JSON, tables, and every run's traces as CSV and drawn on the floor (SVG).
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// Write the matched, aligned poses of EST: .tum, .txt or .csv.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -104,6 +114,10 @@ are paired in order. Rotations are angles about whatever axis, in degrees. --ali
 and C_XYT, the share of poses that the correction brings nearer to the truth, with ties counted and not counted; posterior errors by \
 intervals of prior error. An estimate is optimal within 0.71 of the position step and half the heading step of --search-step.
 
+--config: each [[run]] has `estimate`, `reference` and, where known, `prior` (files beside the TOML) and `name`. Then all runs are \
+judged, and their union. [framework] and [run.conditions] state what poses don't tell, one text a key (`objective`, `robot`, `correction`, \
+`real_poses`, ...; `place`, `materials`, `changes`, ...); what is not stated is printed as missing.
+
 Exit status: 0 done, 1 failed (unreadable input, no common time, fewer than 90 % matched), 2 wrong call.
 
 Example:
@@ -113,15 +127,104 @@ Example:
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
     let options = options(&arguments)?;
-    check_files(&arguments)?;
+    let config = arguments.config.as_deref().map(TrajectoryExperiment::read);
+    let config = config.transpose()?;
+    let named = config.as_ref().map_or(&[][..], |config| &config.run);
+    let in_call = run_in_call(&arguments, named)?;
+    let runs: Vec<&RunConfig> = in_call.iter().chain(named).collect();
+    runs.iter()
+        .try_for_each(|run| check_files(run, &arguments))?;
+    if let Some(folder) = &arguments.report {
+        storage::make_folder(folder)?; // a wrong name fails now
+    }
     let format = arguments.format.as_deref().map(str::parse).transpose()?;
+    let mut judged = Vec::new();
+    for run in &runs {
+        let evaluation = judge(run, &arguments, format, &options);
+        let evaluation = evaluation.map_err(|e| match named.is_empty() {
+            true => e,
+            false => e.context(format!("run {}", run.name)),
+        })?;
+        judged.push((run.name.clone(), evaluation));
+    }
+    if let (Some(path), Some((_, evaluation))) = (&arguments.out, judged.first()) {
+        trajectory::write(path, &evaluation.aligned)?;
+    }
+    let all = RunsEvaluation::of(judged, &options.metric)?;
+    let framework = config.as_ref().map(|config| &config.framework);
+    let (json, mut text) = match (&all.runs[..], framework) {
+        ([run], None) => (
+            to_json(&run.evaluation)?,
+            texts(&trajectory_tables(&run.evaluation)),
+        ),
+        _ => (to_json(&all)?, texts(&runs_tables(&all))),
+    };
+    let mut json = json;
+    if let Some(framework) = framework {
+        json["framework"] = to_json(framework)?;
+        for (number, run) in runs.iter().enumerate() {
+            json["runs"][number]["conditions"] = to_json(&run.conditions)?;
+        }
+        let conditions: Vec<_> = (runs.iter())
+            .map(|run| (run.name.as_str(), &run.conditions))
+            .collect();
+        text = format!("{text}\n{}", conditions_text(framework, &conditions));
+    }
+    if let Some(folder) = &arguments.report {
+        folder::write(folder, &all, &json, &text)?;
+    }
+    match arguments.json {
+        true => print(&format!("{json:#}\n"))?,
+        false => print(&text)?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// The run that the call names, where the configuration names none.
+fn run_in_call(arguments: &Arguments, named: &[RunConfig]) -> Result<Option<RunConfig>> {
+    let refused = |name: &str| {
+        Err(Error::usage(format!(
+            "{name} beside the [[run]]s of --config; expected the files of all runs there"
+        )))
+    };
+    match (&arguments.estimate, &arguments.reference) {
+        (Some(_), _) if !named.is_empty() => refused("EST"),
+        _ if !named.is_empty() && arguments.prior.is_some() => refused("--prior"),
+        _ if !named.is_empty() && arguments.out.is_some() => Err(Error::usage(
+            "--out for several runs; expected --report, a folder for the traces of each",
+        )),
+        (Some(estimate), Some(reference)) => Ok(Some(RunConfig {
+            name: estimate
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+            estimate: estimate.clone(),
+            reference: reference.clone(),
+            prior: arguments.prior.clone(),
+            ..RunConfig::default()
+        })),
+        _ if named.is_empty() => Err(Error::usage(
+            "no run: neither EST and REF nor a [[run]] in --config; expected one of them",
+        )),
+        _ => Ok(None),
+    }
+}
+
+/// Reads a run's files and judges them; what a reader may take wrongly goes to stderr.
+fn judge(
+    run: &RunConfig,
+    arguments: &Arguments,
+    format: Option<Format>,
+    options: &EvaluationOptions,
+) -> Result<Evaluation> {
     let read = |path: &Path| trajectory::read(path, format);
     let (estimate, (reference, prior)) = rayon::join(
-        || read(&arguments.estimate),
+        || read(&run.estimate),
         || {
             rayon::join(
-                || read(&arguments.reference),
-                || arguments.prior.as_deref().map(read).transpose(),
+                || read(&run.reference),
+                || run.prior.as_deref().map(read).transpose(),
             )
         },
     );
@@ -130,7 +233,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         all = with_times(path, all)?;
     }
     let (estimate, reference, prior) = all;
-    let evaluation = trajectory::evaluate(&estimate, &reference, prior.as_ref(), &options)?;
+    let evaluation = trajectory::evaluate(&estimate, &reference, prior.as_ref(), options)?;
     let mut notes = evaluation.notes.clone();
     let same = |other: &Trajectory| {
         prior
@@ -142,22 +245,18 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             "the prior holds the poses of the reference: are --prior and REF swapped?".into(),
         );
     }
-    if let Some(path) = &arguments.out {
-        trajectory::write(path, &evaluation.aligned)?;
-    }
     notes.iter().for_each(|note| warn(&format!("note: {note}")));
-    if arguments.json {
-        let json = serde_json::to_string_pretty(&evaluation)
-            .map_err(|e| Error::work(format!("cannot write the result as JSON: {e}")))?;
-        print(&(json + "\n"))?;
-    } else {
-        let tables: Vec<String> = trajectory_tables(&evaluation)
-            .iter()
-            .map(Table::text)
-            .collect();
-        print(&tables.join("\n"))?;
-    }
-    Ok(Outcome::Done)
+    Ok(evaluation)
+}
+
+fn to_json(of: &impl serde::Serialize) -> Result<serde_json::Value> {
+    serde_json::to_value(of)
+        .map_err(|e| Error::work(format!("cannot write the result as JSON: {e}")))
+}
+
+fn texts(tables: &[Table]) -> String {
+    let tables: Vec<String> = tables.iter().map(Table::text).collect();
+    tables.join("\n")
 }
 
 fn options(arguments: &Arguments) -> Result<EvaluationOptions> {
@@ -225,9 +324,9 @@ fn options(arguments: &Arguments) -> Result<EvaluationOptions> {
 }
 
 /// Is each file given once, and can the output be made? Asked before the reading.
-fn check_files(arguments: &Arguments) -> Result<()> {
-    let mut given = vec![("EST", &arguments.estimate), ("REF", &arguments.reference)];
-    given.extend(arguments.prior.as_ref().map(|prior| ("--prior", prior)));
+fn check_files(run: &RunConfig, arguments: &Arguments) -> Result<()> {
+    let mut given = vec![("EST", &run.estimate), ("REF", &run.reference)];
+    given.extend(run.prior.as_ref().map(|prior| ("--prior", prior)));
     let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
     for (k, (name, path)) in given.iter().enumerate() {
         if let Some((other, _)) = given[..k]

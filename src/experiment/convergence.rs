@@ -2,6 +2,7 @@
 
 use super::{sureness::Sureness, trials::Trial};
 use crate::{
+    geometry::Pose,
     score::{FEW, percentiles},
     seed::Seed,
 };
@@ -26,6 +27,8 @@ pub struct Answers {
     pub expected_error_m: Vec<f64>,
     /// Distance from the truth to the belief's mode, in metres.
     pub point_error_m: Vec<f64>,
+    /// Pose of each answer, along a route metres alone; none where it has no place or, in the plane, no heading. Of known starts only.
+    pub estimates: Vec<Option<Pose>>,
     /// Mass of the cells likelier than the truth's; empty where there is no belief.
     pub likelier_mass: Vec<f64>,
     /// How far the last answer's heading is from the true one, in [0, π]; none where it has no heading.

@@ -11,6 +11,7 @@ pub use super::localisation_record::{
 use super::{
     confidence::confidence,
     convergence::{Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m},
+    correction::correction,
     end_success::{heading_success, success_at_end},
     kidnapping,
     line_up::{is_own, line_up},
@@ -23,7 +24,7 @@ use super::{
     region_coverage::coverage,
     risk_coverage::risk_coverage,
     sequences::{drawn, evidence_scale},
-    step_time::step_ms,
+    step_time::{StepTime, step_time},
     trial_play::answers,
     trials::Trial,
 };
@@ -125,7 +126,7 @@ pub fn play(
             Ok(played) => {
                 let (answers, spacing_m) = (&played.answers, context.config.spacing_m);
                 figures.push(FiguresOfTrials::new(&name, &trials, answers, spacing_m));
-                timing.step_ms.extend(played.step_ms.map(|ms| (name, ms)));
+                timing.note(&name, played.step);
                 results.push(played.result);
             }
             // One that fails must not keep the others from playing.
@@ -149,6 +150,7 @@ pub fn play(
         unseen_is_validation: parts.unseen_is_validation,
         people: context.config.people(),
         degraded: parts.run.columns().degraded.clone(),
+        noise: parts.run.columns().noise.clone(),
         priors: context.priors.clone(),
         results,
         paired_tests: paired_tests(&figures, &trials, context.config.resamples, context.seed()),
@@ -162,15 +164,15 @@ struct Played {
     result: MethodResult,
     /// In the trials that start anywhere.
     answers: Vec<Answers>,
-    /// Milliseconds a step.
-    step_ms: Option<f64>,
+    /// How long a step took.
+    step: Option<StepTime>,
 }
 
 fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<Played> {
     let scale = evidence_scale(&method, context)?;
     let play = |known_start: bool| answers(&method, trials, context, scale, known_start);
     let (anywhere, known) = (play(false)?, play(true)?);
-    let step_ms = step_ms(&method, trials, context, scale)?;
+    let step = step_time(&method, trials, context, scale)?;
     let (global, tracking) = (
         summary(trials, &anywhere, context),
         summary(trials, &known, context),
@@ -192,7 +194,9 @@ fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<P
     let lost = tuned_lost(&method, context, scale)?;
     let kidnapped = kidnapping::kidnapped(&method, trials, context, scale, lost.as_ref())?;
     let places = context.grid.len() / context.grid.headings();
+    let is_grid_filter = method.answers.is_grid_filter();
     let result = MethodResult {
+        correction: correction(trials, &known, is_grid_filter, context)?,
         confidence: confidence(trials, &anywhere, lost, places, resamples, seed),
         kidnapped,
         held_out: scores
@@ -230,7 +234,7 @@ fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<P
     Ok(Played {
         result,
         answers: anywhere,
-        step_ms,
+        step,
     })
 }
 

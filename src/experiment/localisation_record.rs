@@ -3,15 +3,19 @@
 use super::{
     confidence::Confidence,
     convergence::{REPORTED_AT_M, Row},
+    correction::Correction,
     end_success::SuccessAtEnd,
     kidnapping::Kidnapped,
     paired_trials::PairedTest,
     region_coverage::Coverage,
     risk_coverage::RiskCoverage,
+    step_time::StepTime,
 };
 use crate::{
-    belief::Uncertainty, learning::error_reduction::ErrorReduction,
-    recording::degraded::Degradation, score::FEW,
+    belief::Uncertainty,
+    learning::error_reduction::ErrorReduction,
+    recording::{degraded::Degradation, injected_noise::InjectedNoise},
+    score::FEW,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -120,6 +124,9 @@ pub struct MethodResult {
     /// Whether it knows when it is lost; null for whole localisers that say nothing of how sure they are.
     #[serde(default)]
     pub confidence: Option<Confidence>,
+    /// What its corrections are worth apart from its predictions, from a known start; null where its answers have no headings.
+    #[serde(default)]
+    pub correction: Option<Correction>,
     /// What came of carrying it away; null where nobody did, or it is no filter with a sensor.
     #[serde(default)]
     pub kidnapped: Option<Kidnapped>,
@@ -180,6 +187,9 @@ pub struct Record {
     /// What the recording's range sensors were degraded by; none: they are as recorded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub degraded: Option<Degradation>,
+    /// Noise that was put on odometry and ranges of the unseen snapshots; none: they are as recorded.
+    #[serde(default)]
+    pub noise: Option<InjectedNoise>,
     /// Priors of the single-snapshot figures.
     pub priors: Vec<Uncertainty>,
     /// In the order that the methods played.
@@ -202,6 +212,26 @@ pub struct Timing {
     /// the first trial, from a start anywhere, played again on one thread while nobody else plays. What trials find worked out
     /// for all snapshots is worked out for each; of a whole localiser it is the mean over these steps, getting ready included.
     pub step_ms: BTreeMap<String, f64>,
+    /// Of grid filters, the part of it that the prediction takes: odometry moves the belief (R06 2.1).
+    #[serde(default)]
+    pub prediction_ms: BTreeMap<String, f64>,
+    /// And the part of the correction: the sensors speak. What trials find worked out beforehand counts here.
+    #[serde(default)]
+    pub correction_ms: BTreeMap<String, f64>,
+}
+
+impl Timing {
+    /// Notes how long a method's step took, where somebody measured it.
+    pub(super) fn note(&mut self, name: &str, step: Option<StepTime>) {
+        let Some(StepTime { step_ms, parts_ms }) = step else {
+            return;
+        };
+        self.step_ms.insert(name.into(), step_ms);
+        if let Some([prediction_ms, correction_ms]) = parts_ms {
+            self.prediction_ms.insert(name.into(), prediction_ms);
+            self.correction_ms.insert(name.into(), correction_ms);
+        }
+    }
 }
 
 impl PartialEq for Timing {

@@ -61,6 +61,13 @@ pub enum AnswersBy<'a> {
     Nobody(String),
 }
 
+impl AnswersBy<'_> {
+    /// Is it the grid Bayes filter, with a sensor or without?
+    pub(super) fn is_grid_filter(&self) -> bool {
+        !matches!(self, Self::Localiser(_) | Self::Nobody(_))
+    }
+}
+
 /// What features are in snapshots, `[snapshot, feature]`.
 #[derive(Debug, Clone)]
 pub struct FeatureAnswers {

@@ -9,6 +9,7 @@ use crate::{
     geometry::Pose,
     recording::{
         Recording,
+        degraded::Degraded,
         split::{SplitConfig, Unit},
     },
     score::Binning,
@@ -183,6 +184,23 @@ impl<'a> Protocol<'a> {
             "people before {:.0} % of the beams of all that is tested on; what was learned knows nothing of them",
             100.0 * share
         ));
+        Ok(self)
+    }
+
+    /// The same with the noise that a configuration puts on what is tested on.
+    ///
+    /// # Errors
+    /// As [`Recording::with_noise`].
+    pub fn with_noise(mut self, degraded: &Degraded, seed: Seed) -> Result<Self> {
+        if let Some(noisy) = degraded.noisy(&self.recording, &self.testing, seed)? {
+            let noise = noisy.columns().noise.as_ref();
+            self.notes.extend(noise.map(|noise| {
+                format!(
+                    "noise on all that is tested on: {noise}; what was learned knows nothing of it"
+                )
+            }));
+            self.recording = Cow::Owned(noisy);
+        }
         Ok(self)
     }
 

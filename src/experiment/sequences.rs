@@ -2,18 +2,14 @@
 
 use super::{
     evidence_tuning::Sequences,
-    learned_row::{Rounded, learned_features},
-    localise_config::LocaliseConfig,
     method::{AnswersBy, Method},
     methods::MethodContext,
-    parts::Parts,
     trials::{self, Trial, TrialSampling},
 };
 use crate::{
     belief::{Neighbours, OdometryMotion, Places},
     error::Result,
     localiser::{PreparedSensorModel, sensor_model::EvidenceScale},
-    model::Model,
     recording::Recording,
 };
 use std::ops::Range;
@@ -74,25 +70,9 @@ pub(super) fn validation_sequences(context: &MethodContext, count: usize) -> Res
     Ok(Vec::new())
 }
 
-/// How much the evidence of a model's features counts, as trials would tune it, to be stored with the model
-/// ([`Header::evidence_scale`](crate::model::Header::evidence_scale)); none where the recording that it learned from has no
-/// sequence of the validation part.
-///
-/// # Errors
-/// Where the recording is another one, or the model's places are too many or too far apart for a grid.
-pub fn tuned_scale(model: &Model, recording: &Recording) -> Result<Option<f64>> {
-    if model.header.scores.validation.is_none() {
-        return Ok(None);
-    }
-    let recording = model.seen_in(recording)?;
-    let parts = Parts::new(model, &recording, None)?;
-    let (models, config) = ([model], LocaliseConfig::default());
-    let context = MethodContext::new(&models, &parts, &config)?;
-    if validation_sequences(&context, VALIDATION_SEQUENCES)?.is_empty() {
-        return Ok(None);
-    }
-    let method = learned_features(&context, model, Rounded::No, "learned", "learned")?;
-    Ok(evidence_scale(&method, &context)?.map(|tuned| tuned.scale))
+/// Has what the models learned from a sequence of the validation part?
+pub(super) fn has_validation_sequences(context: &MethodContext) -> Result<bool> {
+    Ok(!validation_sequences(context, VALIDATION_SEQUENCES)?.is_empty())
 }
 
 /// How much a method's evidence counts: as tuned on sequences of the validation part; where there are none, as usual for it.

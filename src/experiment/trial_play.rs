@@ -126,6 +126,13 @@ impl Filter<'_> {
             let point_m = truths.distance_m(k, cells, mode);
             answers.point_error_m.push(point_m);
             if self.known_start {
+                answers.estimates.push(Some(match **cells {
+                    Places::Route(_) => cells.pose(mode),
+                    Places::Plane(_) => Pose {
+                        heading_rad: belief.mode_heading_rad(),
+                        ..cells.pose(mode)
+                    },
+                }));
                 continue; // what follows is reported of starts anywhere only
             }
             let likelier = likelier_mass(grid, belief, truths, k);
@@ -197,6 +204,12 @@ fn by_localiser(
             });
             answers.expected_error_m.push(expected_m);
             answers.point_error_m.push(point_m);
+            if known_start {
+                let place = estimate(step)?;
+                let pose = place.zip(step.heading_rad);
+                let pose = pose.map(|([x_m, y_m], heading)| Pose::new(x_m, y_m, heading));
+                answers.estimates.push(pose);
+            }
             if !known_start && !step.posterior.is_empty() {
                 let truth = &run.poses()[k];
                 let (at, square_m) = ([truth.x_m, truth.y_m], context.grid.cell_m());

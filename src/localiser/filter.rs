@@ -89,6 +89,15 @@ impl<'a> BayesLocaliser<'a> {
     /// # Errors
     /// Where the likelihood is 0 wherever the belief has mass.
     pub fn observe(&mut self, snapshot: usize, observation: &Observation) -> Result<&Belief> {
+        self.predict(observation)?;
+        self.correct(snapshot)
+    }
+
+    /// The first half of [`observe`](Self::observe): what odometry says since the last observation.
+    ///
+    /// # Errors
+    /// Where the odometry is no movement.
+    pub fn predict(&mut self, observation: &Observation) -> Result<&Belief> {
         if let Some(no_idea) = self.no_idea.as_ref().filter(|_| self.given_up > 0.0) {
             self.filter.mix(no_idea, self.given_up)?;
             self.given_up = 0.0;
@@ -97,6 +106,14 @@ impl<'a> BayesLocaliser<'a> {
             self.filter
                 .predict(&last.displacement_to(&observation.odometry))?;
         }
+        Ok(self.filter.belief())
+    }
+
+    /// The second half: what the sensors say in snapshot number `snapshot`.
+    ///
+    /// # Errors
+    /// Where the likelihood is 0 wherever the belief has mass.
+    pub fn correct(&mut self, snapshot: usize) -> Result<&Belief> {
         if let Some(sensor) = self.sensor {
             let likelihood =
                 sensor.log_likelihood(snapshot, self.filter.belief(), &mut self.stream)?;

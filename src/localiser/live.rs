@@ -42,8 +42,9 @@ pub struct LiveConfig {
     pub bank: BankChoice,
     /// Of the features that sampled evidence draws, and of the views.
     pub seed: u64,
-    /// When the robot counts as lost.
-    pub lost: LostConfig,
+    /// When the robot counts as lost; none: as tuned when the model was trained, or the usual constants where it was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lost: Option<LostConfig>,
     /// How much of the belief is given up where sensors are explained worse than they used to be; none: nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restart: Option<RestartConfig>,
@@ -59,7 +60,7 @@ impl Default for LiveConfig {
             query_views: 0,
             bank: BankChoice::default(),
             seed: 0,
-            lost: LostConfig::default(),
+            lost: None,
             restart: None,
         }
     }

@@ -24,7 +24,8 @@ use std::{f64::consts::PI, path::PathBuf};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LocalGridConfig {
-    /// File of the world (TOML) whose walls the robot is given as its plan, and what its sonars or laser are like.
+    /// File of the world (TOML) whose walls the robot is given as its plan, and what its sonars or laser are like. Not said: in a
+    /// comparison the world that the dataset is simulated in.
     pub world: PathBuf,
     /// s_XY: from one position of the grid to the next, metres.
     pub position_step_m: f64,

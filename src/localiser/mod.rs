@@ -36,7 +36,6 @@ pub mod landmark_classifier;
 pub mod likelihood_field;
 pub mod live;
 pub mod local_grid;
-pub mod lost;
 pub mod memoryless;
 pub mod monte_carlo;
 pub mod place_map;
@@ -49,11 +48,11 @@ mod sites;
 
 pub use filter::BayesLocaliser;
 pub use live::{LiveConfig, LiveLocaliser};
-pub use lost::LostConfig;
 pub use restart::RestartConfig;
 pub use sensor_model::{PreparedSensorModel, SensorModel};
 pub use sites::Sites;
 
+pub use crate::belief::lost::{self, LostConfig};
 use crate::{
     error::Result,
     geometry::Pose,
@@ -244,6 +243,13 @@ impl Constants for Config {
         match self {
             Config::Bayes(config) => Some(&mut config.model),
             Config::Memoryless(config) => config.recogniser.model(),
+            _ => None,
+        }
+    }
+
+    fn world(&mut self) -> Option<&mut PathBuf> {
+        match self {
+            Config::LocalGrid(config) => Some(&mut config.world),
             _ => None,
         }
     }

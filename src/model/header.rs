@@ -1,7 +1,7 @@
 //! Everything about a model that is not an array: the JSON text in its file.
 
 use crate::{
-    belief::{OdometryMotion, Uncertainty},
+    belief::{OdometryMotion, Uncertainty, lost::LostConfig},
     detector::{input::Input, net::Activation},
     learning::{ErrorReduction, Recipe, trainer::StoppedBy},
     mapping::RangeSensors,
@@ -33,6 +33,9 @@ pub struct Header {
     /// none where there was none, or the file is older.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence_scale: Option<f64>,
+    /// When a robot with these features counts as lost, as tuned on the same sequences; none likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lost: Option<LostConfig>,
     /// Expected errors reached.
     pub scores: Scores,
     /// Where and how scans are rendered, where the map is filled from that: its cells stand in the arrays.

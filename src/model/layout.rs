@@ -88,6 +88,9 @@ pub(super) fn model(path: &Path, meta: &str, arrays: &Arrays) -> Result<Model> {
             "evidence_scale is {scale}; expected a number above 0"
         )));
     }
+    if let Some(lost) = &header.lost {
+        lost.check().map_err(|e| in_header(e.to_string()))?;
+    }
     check_names(&header, arrays)?;
     header.input.mean = arrays.f32::<Ix1>("input.mean")?.to_vec();
     header.input.deviation = arrays.f32::<Ix1>("input.deviation")?.to_vec();

@@ -50,6 +50,7 @@ impl Model {
                 activation: start.weights.activation,
                 motion: OdometryMotion::fitted(recording, &everything),
                 evidence_scale: None,
+                lost: None,
                 occupancy: Some(OccupancyHeader {
                     cell_m: every_pose.sensed.map.cell_m(),
                     origin_m: every_pose.sensed.map.origin_m(),

@@ -198,6 +198,7 @@ fn a_header_that_claims_too_much_is_refused() {
     let arrays = all_of(&model);
     let mut header: Value = serde_json::from_str(&model.meta().unwrap()).unwrap();
     header["evidence_scale"] = json!(0.5);
+    header["lost"] = json!(crate::belief::lost::LostConfig::default());
     let claims = |pointer: &str, value: Value| {
         let mut claims = header.clone();
         *claims.pointer_mut(pointer).expect(pointer) = value;
@@ -209,6 +210,7 @@ fn a_header_that_claims_too_much_is_refused() {
         ("/recipe/features", json!(0), "features"),
         ("/evidence_scale", json!(0.0), "evidence_scale is 0"),
         ("/evidence_scale", json!(-2.5), "evidence_scale is -2.5"),
+        ("/lost/slope", json!(-1.0), "`slope` is -1"),
         ("/recipe/features", json!(3), "`filter.2.0.weight`: missing"),
         ("/recipe/features", json!(-1), "expected usize"),
         ("/recipe/network/hidden", json!([1u64 << 60]), "units"),

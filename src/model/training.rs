@@ -355,6 +355,7 @@ fn model(
             activation: trained.weights.activation,
             motion: OdometryMotion::fitted(recording, snapshots),
             evidence_scale: None,
+            lost: None,
             occupancy: sensed.map(|sensed| OccupancyHeader {
                 cell_m: sensed.map.cell_m(),
                 origin_m: sensed.map.origin_m(),

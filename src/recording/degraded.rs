@@ -1,9 +1,10 @@
 //! A recording as a worse range sensor would have made it: fewer beams, a shorter reach, something mounted in its view.
 
-use super::Recording;
+use super::{Recording, injected_noise::InjectedNoise};
 use crate::{
     error::{Error, Result},
     geometry::wrapped,
+    seed::Seed,
 };
 use ndarray::{ArrayViewMut2, Axis};
 use serde::{Deserialize, Serialize};
@@ -49,6 +50,9 @@ pub struct Degraded {
     /// before what they met. What is learned from, and what evidence is tuned on, has nobody in it. Not said: nobody.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub people: Option<f64>,
+    /// Noise on odometry and ranges of all that is tested on, likewise. Not said: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<InjectedNoise>,
 }
 
 /// What a recording's range sensors were degraded by, for records and captions; people are told of elsewhere, as they stand
@@ -106,6 +110,7 @@ impl Degraded {
             let expected = "the share of beams that they hide, 0 to 1";
             return wrong("people", people.to_string(), expected);
         }
+        self.noise.iter().try_for_each(InjectedNoise::check)?;
         Ok(())
     }
 
@@ -184,6 +189,22 @@ impl Degraded {
             ))),
             (people, other) => Ok(people.or(other)),
         }
+    }
+
+    /// What is tested on with the noise that is put on it, where there is any.
+    ///
+    /// # Errors
+    /// As [`Recording::with_noise`].
+    pub fn noisy(
+        &self,
+        recording: &Recording,
+        tested: &[usize],
+        seed: Seed,
+    ) -> Result<Option<Recording>> {
+        let noise = self.noise.as_ref().filter(|noise| !noise.is_none());
+        noise
+            .map(|noise| recording.with_noise(tested, noise, seed))
+            .transpose()
     }
 
     /// Beams of a scan that are left, ascending.

@@ -8,6 +8,7 @@ pub mod image;
 pub mod import;
 pub mod import_report;
 pub mod imported_log;
+pub mod injected_noise;
 mod joined;
 pub mod npz;
 mod observation;
@@ -22,6 +23,7 @@ use crate::{
     geometry::Pose,
 };
 use degraded::Degradation;
+use injected_noise::InjectedNoise;
 use ndarray::Array2;
 pub use observation::Observation;
 pub(crate) use observation::check_width;
@@ -131,6 +133,8 @@ pub struct Columns {
     pub dataset_sha256: Option<String>,
     /// What its range sensors [were degraded by](degraded::Degraded::sensor) since; no file has it.
     pub degraded: Option<Degradation>,
+    /// Noise that was [put on](Recording::with_noise) some of its snapshots since; no file has it.
+    pub noise: Option<InjectedNoise>,
 }
 
 /// Snapshots in the order they were taken, in runs.
@@ -379,6 +383,7 @@ impl Recording {
             source_sha256: c.source_sha256.clone(),
             dataset_sha256: c.dataset_sha256.clone(),
             degraded: c.degraded.clone(),
+            noise: c.noise.clone(),
         })
     }
 }

@@ -2,11 +2,13 @@
 
 mod best_rival;
 mod confidence;
+mod correction;
 mod kidnapping;
 mod risk_plot;
 mod trial_figures;
 
 pub use confidence::{confidence, confidence_figures};
+pub use correction::{correction, correction_figures};
 pub use kidnapping::{kidnapping, kidnapping_figures};
 pub use risk_plot::risk_coverage_plot;
 pub use trial_figures::{paired, risk_coverage};
@@ -67,6 +69,11 @@ fn caption_people(table: &mut Table, record: &Record) {
         table.caption(format!(
             "people before {:.0} % of the beams of every unseen snapshot; what was learned knows nothing of them",
             100.0 * record.people
+        ));
+    }
+    if let Some(noise) = &record.noise {
+        table.caption(format!(
+            "noise on every unseen snapshot: {noise}; what was learned knows nothing of it"
         ));
     }
 }

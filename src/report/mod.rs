@@ -3,6 +3,7 @@
 mod canvas;
 pub mod comparison;
 mod latex;
+mod legend;
 pub mod localisation;
 mod paper;
 mod plan;
@@ -22,5 +23,5 @@ pub use plot::{Curve, Panel, Trace, category_plot, framed_plot, line_plot, stack
 pub use price::{Priced, price_plot};
 pub use scatter::scatter_plot;
 pub use table::{Cell, Table};
-pub use trajectory::trajectory_tables;
+pub use trajectory::{conditions_text, runs_tables, traces_plot, trajectory_tables};
 pub use verdict::verdict_tables;

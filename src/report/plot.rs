@@ -1,13 +1,13 @@
 //! Curves with bands, in one frame or in several stacked above one another, as SVG.
 
-mod legend;
-
-use super::canvas::{
-    Canvas, Drawn, GRID, INK, WIDTH, at, colour, dash, drawable, font, picture, px, range,
-    shortened, tick,
+use super::{
+    canvas::{
+        Canvas, Drawn, GRID, INK, WIDTH, at, colour, dash, drawable, font, picture, px, range,
+        shortened, tick,
+    },
+    legend::{draw_legend, legend_width},
 };
 use crate::error::{Error, Result};
-use legend::{draw_legend, legend_width};
 use plotters::prelude::*;
 use std::ops::Range;
 

@@ -1,5 +1,11 @@
 //! An evaluated trajectory as tables, within 100 columns.
 
+mod floor;
+mod runs;
+
+pub use floor::traces_plot;
+pub use runs::{conditions_text, runs_tables};
+
 use super::{Cell, Table};
 use crate::score::{
     prediction_correction::{
@@ -12,24 +18,29 @@ use crate::score::{
 pub fn trajectory_tables(evaluation: &Evaluation) -> Vec<Table> {
     let mut tables = vec![errors(evaluation)];
     if let Some(metric) = &evaluation.prediction_correction {
-        tables.extend([
-            estimation_errors(metric, evaluation.total),
-            correction(metric, evaluation.total),
-            intervals(
-                "position (m)",
-                "position error before correction (m)",
-                &metric.overall.by_prior_position_m,
-                4,
-            ),
-            intervals(
-                "heading (deg)",
-                "heading error before correction (deg)",
-                &metric.overall.by_prior_heading_deg,
-                3,
-            ),
-        ]);
+        tables.extend(metric_tables(metric, evaluation.total));
     }
     tables
+}
+
+/// The prediction–correction metric of all runs together, out of `total` real poses.
+fn metric_tables(metric: &PredictionCorrection, total: usize) -> [Table; 4] {
+    [
+        estimation_errors(metric, total),
+        correction(metric, total),
+        intervals(
+            "position (m)",
+            "position error before correction (m)",
+            &metric.overall.by_prior_position_m,
+            4,
+        ),
+        intervals(
+            "heading (deg)",
+            "heading error before correction (deg)",
+            &metric.overall.by_prior_heading_deg,
+            3,
+        ),
+    ]
 }
 
 fn errors(evaluation: &Evaluation) -> Table {

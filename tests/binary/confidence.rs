@@ -17,6 +17,20 @@ fn trained(place: &Workplace) {
     place.ballmark(&[&arguments[..], &more].concat()).done();
 }
 
+/// What a model's file says of itself.
+fn header(place: &Workplace) -> Value {
+    let bytes = std::fs::read(place.path("m.safetensors")).unwrap();
+    let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    let all: Value = serde_json::from_slice(&bytes[8..8 + length]).unwrap();
+    let metadata = all["__metadata__"].as_object().unwrap();
+    let mut texts = metadata.values().filter_map(Value::as_str);
+    let header = texts.find_map(|text| {
+        let parsed: Value = serde_json::from_str(text).ok()?;
+        parsed.get("recipe").is_some().then_some(parsed)
+    });
+    header.expect("a header")
+}
+
 fn localised(place: &Workplace, more: &[&str]) -> String {
     let data = data();
     let arguments = ["localise", "m.safetensors", &data, "--trials", "4"];
@@ -70,6 +84,11 @@ fn confidence_and_kidnapping_are_in_table_json_and_files() {
         assert!(number("nats_of_true_place") > 0.0 && number("nats_of_no_idea") > 4.0);
         assert!(judged["score"]["slope"].as_f64() > Some(0.0), "{judged}");
         assert_eq!(judged["threshold"], judged["score"]["threshold"]);
+        if name == "learned" {
+            // What the robot's model has.
+            let header = header(&place);
+            assert_eq!(header["lost"], judged["score"], "{header}");
+        }
         let auroc = judged["lost_auroc"]["value"].as_f64();
         assert!(auroc.is_none_or(|area| (0.0..=1.0).contains(&area)));
         let kidnapped = &named(name)["kidnapped"];

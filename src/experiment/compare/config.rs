@@ -263,6 +263,19 @@ impl CompareConfig {
         }
         self.dataset.iter().try_for_each(DatasetConfig::check)?;
         self.system.iter().try_for_each(SystemConfig::check)?;
+        let mut systems = self.system.iter();
+        let mut datasets = self.dataset.iter();
+        if let (Some(system), Some(dataset)) = (
+            systems.find(|system| system.needs_worlds()),
+            datasets.find(|dataset| dataset.world.is_none()),
+        ) {
+            return Err(Error::usage(format!(
+                "[[system]] `{}`: `world`: none; expected the file of a world, whose walls are the plan, as [[dataset]] `{}` is \
+                 not simulated in one",
+                system.name.escape_debug(),
+                dataset.name.escape_debug()
+            )));
+        }
         self.degraded.check()?;
         if let Some(localisation) = &self.localisation {
             let people = localisation.people;

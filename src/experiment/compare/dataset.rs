@@ -10,10 +10,12 @@ use crate::{
         simulation::{Choice, simulate},
     },
 };
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Where a dataset was simulated.
 pub(super) struct World {
+    /// The file that describes it.
+    pub file: PathBuf,
     pub building: Building,
     /// The set of runs that was asked for.
     pub set: Option<String>,
@@ -55,6 +57,7 @@ impl LoadedDataset {
                 (
                     recording,
                     Some(World {
+                        file,
                         building,
                         set: choice.set,
                     }),

@@ -153,6 +153,11 @@ impl Evaluator<'_, '_> {
     /// A system with its files found, and its model trained where it names none.
     fn ready(&mut self, config: &SystemConfig) -> Result<System> {
         let mut system = config.system.clone().beside(self.folder);
+        if let (Some(world), Some(own)) = (system.world(), &self.loaded.world)
+            && world.as_os_str().is_empty()
+        {
+            world.clone_from(&own.file);
+        }
         if let (Some(recipe), Some(model), Ok(protocol)) =
             (config.recipe(), system.model(), self.protocol)
         {

@@ -101,6 +101,8 @@ pub fn compare(
             }
             _ => protocol,
         };
+        let protocol = protocol
+            .and_then(|protocol| protocol.with_noise(&config.degraded, config.trials().seed()));
         if let Ok(protocol) = &protocol {
             (dataset_record.mapping, dataset_record.testing) =
                 (protocol.mapping.len(), protocol.testing.len());

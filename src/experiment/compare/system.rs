@@ -163,6 +163,11 @@ impl System {
         !matches!(self, System::Detector(_))
     }
 
+    /// File of the world whose plan it is given, where it is given one.
+    pub(super) fn world(&mut self) -> Option<&mut PathBuf> {
+        self.constants_mut().world()
+    }
+
     /// Does it answer a snapshot with one response?
     pub fn recognises(&self) -> bool {
         matches!(self, System::Recogniser(_))
@@ -259,6 +264,9 @@ impl SystemConfig {
             }
             _ => false,
         };
+        if let Some(world) = system.world().filter(|world| world.as_os_str().is_empty()) {
+            *world = "world.toml".into(); // that of each dataset
+        }
         if let (Some(_), false) = (&self.train, to_be_trained) {
             let expected =
                 "expected `train` only where `kind` is `ball` or `bayes` and no `model` is named";
@@ -272,6 +280,14 @@ impl SystemConfig {
             }
         }
         system.constants().check().map_err(|e| wrong(e.to_string()))
+    }
+
+    /// Is it given the plan of whichever world a dataset is simulated in?
+    pub(super) fn needs_worlds(&self) -> bool {
+        let mut system = self.system.clone();
+        system
+            .world()
+            .is_some_and(|world| world.as_os_str().is_empty())
     }
 
     /// The recipe of the model that it needs and doesn't name.

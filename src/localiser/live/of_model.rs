@@ -70,7 +70,8 @@ impl LiveLocaliser {
         let stream = Seed(config.seed).stream("sampled features");
         let mut robot = Self::from_parts(grid, motion.clone(), sensor, stream)?;
         robot.past = model.past();
-        robot = robot.counting_as_lost(config.lost.clone())?;
+        let lost = config.lost.as_ref().or(model.header.lost.as_ref());
+        robot = robot.counting_as_lost(lost.cloned().unwrap_or_default())?;
         match &config.restart {
             Some(restart) => robot.restarting(restart.clone()),
             None => Ok(robot),

@@ -188,6 +188,40 @@ fn evidence_counts_as_the_model_was_tuned_unless_somebody_says_otherwise() {
 }
 
 #[test]
+fn a_robot_is_lost_as_its_model_was_tuned_unless_somebody_says_otherwise() {
+    let (recording, mut model) = (corridor(), model());
+    let score = |model: &Model, lost: Option<LostConfig>| {
+        let config = LiveConfig {
+            lost,
+            ..LiveConfig::default()
+        };
+        let mut robot = LiveLocaliser::with_config(model, &config).unwrap();
+        robot.observe(&recording.observation(3)).unwrap();
+        robot.lost_score()
+    };
+    let usual = score(&model, None);
+    let wary = LostConfig {
+        base: -3.0,
+        ..LostConfig::default()
+    };
+    assert_eq!(score(&model, Some(LostConfig::default())), usual);
+    model.header.lost = Some(wary.clone());
+    let tuned = score(&model, None);
+    assert!(tuned > usual, "{tuned} {usual}");
+    assert_eq!(score(&model, Some(LostConfig::default())), usual);
+    let senseless = LostConfig {
+        slope: -1.0,
+        ..wary
+    };
+    let config = LiveConfig {
+        lost: Some(senseless),
+        ..LiveConfig::default()
+    };
+    let fault = LiveLocaliser::with_config(&model, &config).err().unwrap();
+    assert!(fault.is_usage() && fault.to_string().contains("`slope` is -1"));
+}
+
+#[test]
 fn a_robot_looks_at_a_snapshot_again_as_often_as_it_is_told_to() {
     let (recording, model) = (corridor(), model());
     let robot = |query_views: usize| {

@@ -149,6 +149,7 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
         source_sha256: meta.sha256,
         dataset_sha256: Some(storage::sha256(file)),
         degraded: None,
+        noise: None,
     });
     recording.map_err(|e| e.in_file(path))
 }

@@ -74,6 +74,24 @@ pub(super) fn sheets(record: &ComparisonRecord) -> Vec<Sheet> {
                     tables::paired(record_of),
                     Reader::Programs,
                 ),
+                sheet(
+                    "correction",
+                    "Prediction and correction",
+                    tables::correction(record_of),
+                    Reader::Everyone,
+                ),
+                sheet(
+                    "correction-figures",
+                    "Prediction and correction, all figures",
+                    tables::correction_figures(record_of),
+                    Reader::Programs,
+                ),
+                sheet(
+                    "confidence-figures",
+                    "Is it lost, and does it know?",
+                    tables::confidence_figures(record_of),
+                    Reader::Programs,
+                ),
             ]
         });
     sheets.flatten().collect()

@@ -4,7 +4,7 @@ use crate::{
     error::{Error, Result},
     geometry::Pose,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The three traces of a run (R06 eq. 3-1), pose by pose of one length.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +29,7 @@ pub struct EstimationErrors {
 }
 
 /// Something of the position error and the same of the heading error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PositionAndHeading<T> {
     /// Of distances over the floor, in metres.
     pub position_m: T,
@@ -38,7 +38,7 @@ pub struct PositionAndHeading<T> {
 }
 
 /// A distribution of errors in a few numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorSummary {
     /// Number of errors.
     pub n: usize,
@@ -54,7 +54,7 @@ pub struct ErrorSummary {
 
 /// The least error that so many per cent of all errors do not exceed: always an error that occurred (nearest rank), as in "95 % of
 /// the errors should be under 20 cm" (R06 3.3).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
     /// Half of the errors are no larger.
     #[serde(rename = "50")]

@@ -2,17 +2,17 @@
 
 use super::EstimationErrors;
 use crate::error::{Error, Result};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
 /// Metres or degrees by which two errors may differ and still count as one: more than rounding makes, less than any robot does.
-pub(super) const TIE: f64 = 1e-9;
+pub(crate) const TIE: f64 = 1e-9;
 
 /// How many estimates the correction improved, left as they were, or made worse.
 ///
 /// The inequality signs of R06's eq. 3-5 and 3-6 are lost in print. With ≤, ties count as successes, and a correction that
 /// copies its prior has 100 %; with <, it has 0 %. So both are given, and ties apart.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CorrectionFactor {
     /// Number of estimates.
     pub n: usize,
@@ -29,7 +29,7 @@ pub struct CorrectionFactor {
 }
 
 /// The three factors of R06.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CorrectionFactors {
     /// C_XY (eq. 3-5).
     pub position: CorrectionFactor,

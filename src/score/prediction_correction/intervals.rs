@@ -1,10 +1,10 @@
 //! The posterior error where the prior error lies in an interval (R06 3.4).
 
 use super::{CorrectionFactor, ErrorSummary};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What comes of prior errors in one interval: how far the error sources of the prediction still show in the posterior.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PriorInterval {
     /// Prior errors above this (from this on, in the first interval), in metres or degrees.
     pub above: f64,

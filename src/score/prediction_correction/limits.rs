@@ -1,7 +1,7 @@
 //! What errors can be measured (R06 3.3, ground truth limits) and what errors a search over a grid can't avoid (4.1).
 
 use super::{EstimationErrors, PositionHeading, factors::TIE};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How precisely the real poses are known.
 pub type Precision = PositionHeading;
@@ -13,7 +13,7 @@ pub type SearchStep = PositionHeading;
 ///
 /// "Every distribution point should be above the ground truth" (R06 3.3), and the truth at least twice as precise as what is
 /// expected of the estimate (R06 3): here the mean posterior error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TruthLimit {
     /// Precision of the real positions, in metres.
     pub position_m: Option<f64>,
@@ -61,7 +61,7 @@ impl TruthLimit {
 }
 
 /// Estimates that no search over the grid could have made better: within the maximum reachable precisions (R06 4.1).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Optimal {
     /// MPA_xy = s_XY/√2, half the diagonal of a cell, in metres; R06 prints 0.71 s_XY. None where the step is not stated.
     pub limit_position_m: Option<f64>,

@@ -5,7 +5,7 @@ use super::{
     Precision, PriorInterval, SearchStep, Traces, TruthLimit, by_prior_error,
 };
 use crate::error::{Error, Result};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What is known of the localiser and of the truth beside their poses.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -23,7 +23,7 @@ pub struct MetricOptions {
 }
 
 /// The metric of one run, or of the union of several.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RunMetric {
     /// What the run is called.

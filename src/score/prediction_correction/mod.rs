@@ -25,6 +25,7 @@
 //! # Ok::<(), ballmark::Error>(())
 //! ```
 
+mod conditions;
 mod errors;
 mod factors;
 mod intervals;
@@ -32,7 +33,9 @@ mod limits;
 mod metric;
 mod quantity;
 
+pub use conditions::{FrameworkReport, RunConditions};
 pub use errors::{ErrorSummary, EstimationErrors, Percentiles, PositionAndHeading, Traces};
+pub(crate) use factors::TIE;
 pub use factors::{CorrectionFactor, CorrectionFactors};
 pub use intervals::{PriorInterval, by_prior_error};
 pub use limits::{Optimal, Precision, SearchStep, TruthLimit};

@@ -1,7 +1,8 @@
 //! Everything that is said of an estimate against a reference, under the names that users and other programs rely on.
 
 use super::{
-    Alignment, Delta, ErrorStatistics, Matching, Pairing, Pose3, PoseErrors, Similarity, Trajectory,
+    Alignment, Delta, ErrorStatistics, Matching, Pairing, Pose3, PoseErrors, RunTraces, Similarity,
+    Trajectory,
 };
 use crate::{
     error::{Error, Result},
@@ -66,6 +67,9 @@ pub struct Evaluation {
     /// The estimate's poses that were matched, moved onto the reference, with their own stamps.
     #[serde(skip)]
     pub aligned: Trajectory,
+    /// All that was compared, seen from above.
+    #[serde(skip)]
+    pub traces: RunTraces,
 }
 
 /// The pairs of poses of a relative error.
@@ -120,7 +124,10 @@ pub fn evaluate(
     options: &EvaluationOptions,
 ) -> Result<Evaluation> {
     options.delta.check()?;
-    for trajectory in [estimate, reference] {
+    for trajectory in [Some(estimate), Some(reference), prior]
+        .into_iter()
+        .flatten()
+    {
         if trajectory.len() < 2 {
             let fault = "holds one pose; expected a trajectory of at least two";
             return Err(Error::file(trajectory.name(), fault));
@@ -174,19 +181,27 @@ pub fn evaluate(
     let pairs = options.delta.pairs(along)?;
     let rpe = PoseErrors::relative(&estimated, &real, &pairs).statistics();
 
+    let planar = |poses: &[Pose3]| -> Vec<Pose> { poses.iter().map(Pose3::to_plane).collect() };
+    let times = reference.stamps();
+    let mut traces = RunTraces {
+        stamp_s: times.map(|times| pairing.reference.iter().map(|&k| times[k]).collect()),
+        real: planar(&real),
+        posterior: planar(&estimated),
+        prior: vec![None; pairing.len()],
+    };
     let prediction_correction = match prior {
         None => None,
         Some(prior) => {
             let of = before_correction(estimate, prior, &pairing, options, &mut notes)?;
-            let planar = |poses: &[Pose3]| -> Vec<Pose> {
-                of.iter().map(|&(pair, _)| poses[pair].to_plane()).collect()
-            };
-            let before = of.iter().map(|&(_, k)| moved(&prior.poses()[k]).to_plane());
+            for &(pair, k) in &of {
+                traces.prior[pair] = Some(moved(&prior.poses()[k]).to_plane());
+            }
+            let [real, prior, posterior] = traces.with_prior();
             let run = Traces {
                 name: estimate.name(),
-                real: &planar(&real),
-                prior: &before.collect::<Vec<Pose>>(),
-                posterior: &planar(&estimated),
+                real: &real,
+                prior: &prior,
+                posterior: &posterior,
             };
             let metric = PredictionCorrection::of(&[run], &options.metric)?;
             notes.extend(metric.notes());
@@ -213,6 +228,7 @@ pub fn evaluate(
         prediction_correction,
         notes,
         aligned: Trajectory::new(estimate.name(), own, estimated)?,
+        traces,
     })
 }
 

@@ -28,7 +28,9 @@ mod pairs;
 mod pose3;
 mod poses;
 mod rotation;
+mod runs;
 mod statistics;
+mod traces;
 
 pub use alignment::{Alignment, Similarity};
 pub use association::{Matching, Pairing};
@@ -40,4 +42,6 @@ pub use format::{Format, OutputFormat, read, read_times, write};
 pub use pairs::{Delta, DeltaUnit};
 pub use pose3::Pose3;
 pub use poses::Trajectory;
+pub use runs::{RunEvaluation, RunFacts, RunsEvaluation};
 pub use statistics::Statistics;
+pub use traces::RunTraces;

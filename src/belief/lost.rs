@@ -56,7 +56,7 @@ impl Prediction {
 /// lost.
 ///
 /// ```
-/// use ballmark::localiser::lost::{Explained, LostConfig, Prediction};
+/// use ballmark::belief::lost::{Explained, LostConfig, Prediction};
 /// let config = LostConfig::default();
 /// let (mut fits, mut contradicts) = (Prediction::default(), Prediction::default());
 /// for _ in 0..5 {

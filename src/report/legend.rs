@@ -1,6 +1,6 @@
 //! Names of curves, beside the frame.
 
-use crate::report::canvas::{Canvas, Drawn, at, colour, dash, font, px, shortened};
+use super::canvas::{Canvas, Drawn, at, colour, dash, font, px, shortened};
 use plotters::{
     prelude::*,
     style::text_anchor::{HPos, Pos, VPos},

@@ -1,0 +1,73 @@
+//! What `--report` writes: everything that is known of some runs.
+
+use crate::{
+    cli::localise::write_text,
+    error::Result,
+    geometry::Pose,
+    report::{Cell, Table, traces_plot},
+    score::trajectory::{RunTraces, RunsEvaluation},
+};
+use std::{collections::BTreeSet, path::Path};
+
+/// Writes it into a folder that exists.
+///
+/// # Errors
+/// Where a file can't be written.
+pub(super) fn write(
+    folder: &Path,
+    all: &RunsEvaluation,
+    json: &serde_json::Value,
+    text: &str,
+) -> Result<()> {
+    write_text(&folder.join("trajectory.json"), &format!("{json:#}\n"))?;
+    write_text(&folder.join("trajectory.txt"), text)?;
+    let mut names = BTreeSet::new();
+    for (number, run) in all.runs.iter().enumerate() {
+        let mut name = file_name(&run.name);
+        if !names.insert(name.clone()) {
+            name = format!("{name}-{}", number + 1);
+        }
+        let traces = &run.evaluation.traces;
+        let csv = table(traces).csv();
+        write_text(&folder.join(format!("traces-{name}.csv")), &csv)?;
+        let plot = traces_plot(&run.name, traces)?;
+        write_text(&folder.join(format!("traces-{name}.svg")), &plot)?;
+    }
+    Ok(())
+}
+
+/// What any file system takes of a name.
+fn file_name(name: &str) -> String {
+    let plain = |c: char| {
+        if c.is_ascii_alphanumeric() || "._-".contains(c) {
+            c
+        } else {
+            '-'
+        }
+    };
+    name.chars().take(80).map(plain).collect()
+}
+
+/// RP, PEprio and PEpost (R06 eq. 3-1), a row a pose.
+fn table(traces: &RunTraces) -> Table {
+    let mut headers = vec!["stamp_s".to_string()];
+    for trace in ["real", "prior", "estimate"] {
+        headers.extend(["x_m", "y_m", "heading_rad"].map(|what| format!("{trace}_{what}")));
+    }
+    let mut table = Table::new(headers);
+    for (k, real) in traces.real.iter().enumerate() {
+        let stamp_s = traces.stamp_s.as_ref().map(|stamps| stamps[k]);
+        let mut row = vec![Cell::number(stamp_s, 6)];
+        let prior = traces.prior.get(k).copied().flatten();
+        for pose in [Some(*real), prior, Some(traces.posterior[k])] {
+            let number = |of: fn(Pose) -> f64| Cell::number(pose.map(of), 6);
+            row.extend([
+                number(|p| p.x_m),
+                number(|p| p.y_m),
+                number(|p| p.heading_rad),
+            ]);
+        }
+        table.row(row);
+    }
+    table
+}
