@@ -44,6 +44,7 @@ pub mod prepared;
 pub mod reckoned;
 pub mod responses;
 pub mod restart;
+pub mod self_labels;
 pub mod sensor_model;
 mod sites;
 
@@ -51,6 +52,7 @@ pub use filter::BayesLocaliser;
 pub use live::{LiveConfig, LiveLocaliser};
 pub use lost::LostConfig;
 pub use restart::RestartConfig;
+pub use self_labels::{SelfLabel, SelfLabelConfig};
 pub use sensor_model::{PreparedSensorModel, SensorModel};
 pub use sites::Sites;
 

@@ -1,8 +1,10 @@
 //! Results as tables and pictures: values in, text out (plain, CSV, Markdown, LaTeX, SVG); the caller writes the files.
 
+pub mod adaptation;
 mod canvas;
 pub mod comparison;
 mod latex;
+pub mod lifelong;
 pub mod localisation;
 mod paper;
 mod plan;

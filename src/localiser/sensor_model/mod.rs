@@ -47,6 +47,7 @@ pub mod independent;
 pub mod kernel;
 pub mod learned;
 pub mod likelihood_field;
+pub(in crate::localiser) mod of_model;
 pub mod signal_field;
 
 pub use bank::{Bank, BankChoice, BankSet, ChosenBy};
