@@ -36,13 +36,13 @@ use std::{
     --steps 0 -o adapted.safetensors")]
 pub struct Arguments {
     /// The model, as `ballmark train` or this command writes it.
-    #[arg(value_name = "M.safetensors")]
+    #[arg(value_name = "MODEL")]
     model: PathBuf,
     /// Datasets of new runs, in the order that they were driven; each is labelled with what was learned from those before.
     #[arg(value_name = "NEW.npz", required = true)]
     datasets: Vec<PathBuf>,
     /// Where the adapted model goes: a name ending in .safetensors or .npz.
-    #[arg(short, long, value_name = "OUT.safetensors")]
+    #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// What the model's map is made of: the dataset that it was trained on (several in the order of the training), or where it was
     /// adapted before, what --memory wrote then. Needed for steps of training, and where the map is drawn by range scans.

@@ -13,10 +13,7 @@
 
 use super::{
     PreparedSensorModel,
-    sensor_model::{
-        Scaled,
-        of_model::{scale_of, sensor_of},
-    },
+    sensor_model::{Scaled, scale_of, sensor_of},
 };
 use crate::{
     belief::{

@@ -62,5 +62,5 @@ fn what_makes_no_sense_is_refused_with_its_line() {
         .refused(2, &["d1, d2 or d3"]);
     place
         .ballmark(&["lifelong", "none.toml"])
-        .refused(2, &["none.toml"]);
+        .refused(1, &["none.toml"]);
 }

@@ -4,10 +4,7 @@ use super::{LiveConfig, LiveLocaliser};
 use crate::{
     belief::Grid,
     error::{Error, Result},
-    localiser::sensor_model::{
-        Bank, BankSet, SensorModel,
-        of_model::{scale_of, sensor_of},
-    },
+    localiser::sensor_model::{Bank, BankSet, SensorModel, scale_of, sensor_of},
     model::{Model, ModelBank},
     seed::Seed,
 };
