@@ -15,9 +15,11 @@ mod words;
 use ballmark::{
     detector::{ceiling_light::CeilingLight, door::DoorConfig},
     experiment::{
+        adaptation::AdaptConfig,
         compare::DatasetConfig,
         error_reduction::ErrorReductionConfig,
         landmarks::LandmarksConfig,
+        lifelong::LifelongConfig,
         localisation::LocaliseConfig,
         protocol::ProtocolConfig,
         recognition::RecognitionConfig,
@@ -229,6 +231,28 @@ fn localise(source: &Source) -> Page {
     draft.page
 }
 
+fn adapt(source: &Source) -> Page {
+    let mut draft = Draft::new(
+        source,
+        "`[adapt]` and `[lifelong]`: keys of learning that goes on",
+        "`[adapt]` is for `ballmark adapt --config C.toml` and `ballmark lifelong C.toml`, `[lifelong]` for the latter alone, which trains as \
+         `[train]` ([train.md](train.md)) says. Every key may be left out.",
+    );
+    draft.add(
+        "adapt",
+        "AdaptConfig",
+        "",
+        Some(value(AdaptConfig::default())),
+    );
+    draft.add(
+        "lifelong",
+        "LifelongConfig",
+        "",
+        Some(value(LifelongConfig::default())),
+    );
+    draft.page
+}
+
 fn compare(source: &Source) -> Page {
     let mut draft = Draft::new(
         source,
@@ -409,6 +433,7 @@ fn pages(source: &Source) -> BTreeMap<&'static str, Page> {
         ("pretrain.md", pretrain(source)),
         ("degraded.md", degraded(source)),
         ("localise.md", localise(source)),
+        ("adapt.md", adapt(source)),
         ("compare.md", compare(source)),
         ("systems.md", systems(source)),
         ("trajectory.md", trajectory(source)),

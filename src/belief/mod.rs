@@ -28,6 +28,7 @@ pub mod neighbours;
 pub mod places;
 pub mod prior;
 pub mod signal_field;
+pub mod smoothing;
 mod support;
 mod transport;
 mod turn;

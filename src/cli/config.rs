@@ -1,8 +1,8 @@
-//! The configuration file of `train` and `localise`: one section for each, and one for the sensor that both are given.
+//! The configuration file of `train`, `localise` and `adapt`: one section for each, and one for the sensor that both are given.
 
 use crate::{
     error::{Error, Result},
-    experiment::localisation::LocaliseConfig,
+    experiment::{adaptation::AdaptConfig, lifelong::LifelongConfig, localisation::LocaliseConfig},
     learning::{
         Recipe,
         pretraining::PretrainingConfig,
@@ -25,6 +25,10 @@ pub struct Experiment {
     pub train: Recipe,
     /// For `localise`; its `people` are also those of [degraded].
     pub localise: LocaliseConfig,
+    /// For `adapt`, and for `lifelong`.
+    pub adapt: AdaptConfig,
+    /// For `lifelong`, besides [train] and [adapt].
+    pub lifelong: LifelongConfig,
     /// For whatever reads a dataset: the sensor that it is seen by.
     pub degraded: Degraded,
     /// For `pretrain`, besides [train].
@@ -64,6 +68,8 @@ impl Experiment {
         experiment.train.check().map_err(in_train)?;
         let in_file = |fault: Error| file.locate(fault);
         experiment.localise.check().map_err(in_file)?;
+        experiment.adapt.check().map_err(in_file)?;
+        experiment.lifelong.check().map_err(in_file)?;
         experiment.pretrain.check().map_err(in_file)?;
         experiment.degraded.check().map_err(in_file)?;
         let people = experiment.localise.people;

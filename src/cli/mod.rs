@@ -1,5 +1,6 @@
 //! The command line: arguments in, exit status out. Results on standard output, progress and warnings on standard error.
 
+mod adapt;
 mod compare;
 mod config;
 mod dataset;
@@ -8,6 +9,7 @@ mod export;
 mod features;
 mod import;
 mod interrupt;
+mod lifelong;
 mod localise;
 mod pretrain;
 mod progress;
@@ -43,12 +45,14 @@ enum Command {
     Pretrain(pretrain::Arguments),
     Train(train::Arguments),
     Localise(localise::Arguments),
+    Adapt(adapt::Arguments),
     Features(features::Arguments),
     Export(export::Arguments),
     Compare(compare::Arguments),
     Score(score::Arguments),
     Trajectory(trajectory::Arguments),
     Reproduce(reproduce::Arguments),
+    Lifelong(lifelong::Arguments),
 }
 
 /// How a command ended when it did not fail.
@@ -72,12 +76,14 @@ pub fn run() -> ExitCode {
         Command::Pretrain(arguments) => pretrain::run(arguments),
         Command::Train(arguments) => train::run(arguments),
         Command::Localise(arguments) => localise::run(arguments),
+        Command::Adapt(arguments) => adapt::run(arguments),
         Command::Features(arguments) => features::run(arguments),
         Command::Export(arguments) => export::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Score(arguments) => score::run(arguments),
         Command::Trajectory(arguments) => trajectory::run(arguments),
         Command::Reproduce(arguments) => reproduce::run(arguments),
+        Command::Lifelong(arguments) => lifelong::run(arguments),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,5 +1,6 @@
 //! Experiments: systems answer, and their answers are compared with the truth, which only this room has.
 
+pub mod adaptation;
 mod bank_row;
 mod carried;
 pub mod compare;
@@ -17,6 +18,7 @@ pub mod kidnapping;
 pub mod landmarks;
 pub mod laps;
 mod learned_row;
+pub mod lifelong;
 pub mod line_up;
 pub mod localisation;
 mod localisation_record;

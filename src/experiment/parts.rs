@@ -82,6 +82,7 @@ impl<'a> Parts<'a> {
         }
         if !run_is_source {
             refuse_training_data(model, run)?;
+            refuse_what_it_adapted_to(model, run)?;
         }
         let (unseen, unseen_is_validation) = match &source {
             Some((source, test)) if run_is_source && test.is_empty() => {
@@ -151,6 +152,18 @@ fn refuse_training_data(model: &Model, run: &Recording) -> Result<()> {
          the very dataset that the model was trained on",
         run.len()
     )))
+}
+
+/// Nor is a dataset unseen whose snapshots a model has taken in, under labels of its own.
+fn refuse_what_it_adapted_to(model: &Model, run: &Recording) -> Result<()> {
+    let own = run.columns().dataset_sha256.as_ref();
+    let mut updates = model.header.updates.iter();
+    match updates.any(|update| own.is_some() && update.dataset_sha256.as_ref() == own) {
+        false => Ok(()),
+        true => Err(Error::work(
+            "the model was adapted to this dataset (`ballmark adapt`); expected a recording that it has not taken in",
+        )),
+    }
 }
 
 /// A belief along a route knows no heading, so odometry can only carry it forwards.

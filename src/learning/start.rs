@@ -26,6 +26,8 @@ pub struct Start {
     pub weights: Weights,
     /// The sensors that they learned with.
     pub channels: Vec<Channel>,
+    /// Is what is learned from of the same sensors, so that inputs are made just as they were?
+    pub same_sensors: bool,
 }
 
 impl Start {
@@ -34,6 +36,9 @@ impl Start {
     /// # Errors
     /// Where the sensors don't fit: another view, other sectors, or more than one sensor.
     pub fn input_for(&self, fitted: Input, channels: &[Channel]) -> Result<Input> {
+        if self.same_sensors {
+            return Ok(self.input.clone());
+        }
         let (own, other) = (self.input.shape(), fitted.shape());
         let sensor = |input: &Input, channels: &[Channel]| {
             let mut names = input.channel_names();

@@ -43,12 +43,14 @@ pub mod prepared;
 pub mod reckoned;
 pub mod responses;
 pub mod restart;
+pub mod self_labels;
 pub mod sensor_model;
 mod sites;
 
 pub use filter::BayesLocaliser;
 pub use live::{LiveConfig, LiveLocaliser};
 pub use restart::RestartConfig;
+pub use self_labels::{SelfLabel, SelfLabelConfig};
 pub use sensor_model::{PreparedSensorModel, SensorModel};
 pub use sites::Sites;
 

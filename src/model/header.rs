@@ -1,5 +1,6 @@
 //! Everything about a model that is not an array: the JSON text in its file.
 
+use super::update_config::UpdateConfig;
 use crate::{
     belief::{OdometryMotion, Uncertainty, lost::LostConfig},
     detector::{input::Input, net::Activation},
@@ -44,6 +45,9 @@ pub struct Header {
     /// How the training went; none in files written before this was recorded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub training: Option<TrainingRecord>,
+    /// What it was updated with since, in that order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub updates: Vec<UpdateRecord>,
 }
 
 /// An occupancy map in a model, and how wide the beams are that look at it.
@@ -83,6 +87,28 @@ pub struct TrainingRecord {
     /// away more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub random_better_than: Option<f64>,
+}
+
+/// An update of a model with snapshots that came after its training.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct UpdateRecord {
+    /// Version of this crate that made it.
+    pub crate_version: String,
+    /// SHA-256 of the dataset file that the snapshots are of, where they came from a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dataset_sha256: Option<String>,
+    /// How it was made.
+    pub config: UpdateConfig,
+    /// Snapshots that came into the map.
+    pub added: usize,
+    /// Snapshots that went out of it.
+    pub forgotten: usize,
+    /// Steps of training that were taken.
+    pub steps: usize,
+    /// Error reduction on the stretches that were kept back of the new snapshots, before and after these steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validation: Option<[f64; 2]>,
 }
 
 /// Expected errors of a model on the parts of the recording it was trained on.

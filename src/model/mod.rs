@@ -25,8 +25,10 @@ mod arrays;
 mod bank;
 mod fallback;
 mod file;
+mod forgetting;
 mod header;
 mod layout;
+mod memory;
 mod note;
 pub mod npz;
 pub mod onnx;
@@ -38,14 +40,19 @@ pub mod seen;
 mod shipped;
 mod trained_model;
 mod training;
+mod update;
+mod update_config;
 mod visits;
 
 pub use bank::{ModelBank, held_apart};
-pub use header::{Header, OccupancyHeader, Scores, TrainingRecord};
+pub use header::{Header, OccupancyHeader, Scores, TrainingRecord, UpdateRecord};
+pub use memory::Memory;
 pub use note::Note;
 pub use report::TrainingReport;
 pub use trained_model::Model;
 pub use training::{Learned, Resume, Training};
+pub use update::{Updated, update};
+pub use update_config::UpdateConfig;
 
 #[cfg(test)]
 mod tests;

@@ -29,6 +29,7 @@ impl Model {
             input: pretrained.input,
             weights: pretrained.weights,
             channels: recording.channels().to_vec(),
+            same_sensors: false,
         };
         let set = TrainingSet::in_map(recipe, recording, &split, None, Some(&start))?;
         let Some(every_pose) = &set.every_pose else {
@@ -61,6 +62,7 @@ impl Model {
                     validation: None,
                 },
                 training: None,
+                updates: Vec::new(),
             },
             weights: start.weights,
             pose: recording.poses().to_vec(),
@@ -76,6 +78,7 @@ impl Model {
             input: self.header.input.clone(),
             weights: self.weights.clone(),
             channels: self.header.channels.clone(),
+            same_sensors: false,
         }
     }
 }

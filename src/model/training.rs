@@ -276,6 +276,9 @@ impl<'a> Training<'a> {
         let Some(record) = &model.header.training else {
             return Ok(None); // written before models recorded their training
         };
+        if !model.header.updates.is_empty() {
+            return Ok(None); // it is not what that training ended with any more
+        }
         // The inputs that it chose, if it is of this training.
         let back_m = match self.recipe.input.history_m {
             Some(_) => self.recipe.input.history_m.clone().unwrap_or_default(),
@@ -375,6 +378,7 @@ fn model(
                 extended_at: trained.extended_at,
                 random_better_than: None,
             }),
+            updates: Vec::new(),
         },
         weights: trained.weights,
         pose: snapshots.iter().map(pose).collect(),

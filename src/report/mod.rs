@@ -1,9 +1,11 @@
 //! Results as tables and pictures: values in, text out (plain, CSV, Markdown, LaTeX, SVG); the caller writes the files.
 
+pub mod adaptation;
 mod canvas;
 pub mod comparison;
 mod latex;
 mod legend;
+pub mod lifelong;
 pub mod localisation;
 mod paper;
 mod plan;

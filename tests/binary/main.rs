@@ -1,5 +1,6 @@
 //! The real binary, called as a user calls it: one test binary for all commands.
 
+mod adapt;
 mod bank;
 mod camera_views;
 mod compare;
@@ -13,6 +14,7 @@ mod given_map;
 mod help;
 mod import;
 mod import_frames;
+mod lifelong;
 mod limits;
 mod localise;
 mod model;

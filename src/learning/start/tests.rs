@@ -46,6 +46,7 @@ fn start() -> Start {
         weights: random(8, 1, &input),
         channels: recording.channels().to_vec(),
         input,
+        same_sensors: false,
     }
 }
 
@@ -124,4 +125,20 @@ fn another_number_of_features_keeps_what_is_shared() {
     let mut other = random(8, 2, &start.input);
     other.layers.remove(0);
     assert!(start.weights_for(&recipe, other).is_err());
+}
+
+/// Whatever its sensors are: those of a model's own recording make its own inputs.
+#[test]
+fn the_same_sensors_make_the_same_inputs() {
+    let start = Start {
+        same_sensors: true,
+        ..start()
+    };
+    let narrow = recording(90, 45.0);
+    let other = fitted(&narrow);
+    assert_ne!(other, start.input);
+    assert_eq!(
+        start.input_for(other, narrow.channels()).unwrap(),
+        start.input
+    );
 }

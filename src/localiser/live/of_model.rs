@@ -2,12 +2,9 @@
 
 use super::{LiveConfig, LiveLocaliser};
 use crate::{
-    belief::{Evidence, Grid},
-    detector::{MOST_VIEWS, Viewed},
+    belief::Grid,
     error::{Error, Result},
-    localiser::sensor_model::{
-        Bank, BankSet, EveryPose, EvidenceScale, LearnedFeatures, SensorModel,
-    },
+    localiser::sensor_model::{Bank, BankSet, SensorModel, scale_of, sensor_of},
     model::{Model, ModelBank},
     seed::Seed,
 };
@@ -29,9 +26,9 @@ impl LiveLocaliser {
     /// or the grid would have too many cells.
     pub fn with_config(model: &Model, config: &LiveConfig) -> Result<Self> {
         let grid = Arc::new(Grid::over(&model.places(), &config.grid)?);
-        let sensor = sensor_of(model, &grid, config)?;
+        let sensor = as_configured(model, &grid, config)?;
         let mut robot = Self::of_model(model, &grid, sensor, config)?;
-        robot.scale = scale_of(model, config)?;
+        robot.scale = scale_of(model, config.evidence_scale)?;
         Ok(robot)
     }
 
@@ -47,8 +44,8 @@ impl LiveLocaliser {
         let set = |model: &Model| {
             Ok(BankSet {
                 name: model.header.prior.to_string(),
-                sensor: Arc::from(sensor_of(model, &grid, config)?),
-                scale: scale_of(model, config)?,
+                sensor: Arc::from(as_configured(model, &grid, config)?),
+                scale: scale_of(model, config.evidence_scale)?,
                 held_apart: Arc::new(bank.held_apart(model, grid.places())?),
             })
         };
@@ -79,35 +76,8 @@ impl LiveLocaliser {
     }
 }
 
-/// What a model's answers say at the cells of a grid.
-fn sensor_of(model: &Model, grid: &Grid, config: &LiveConfig) -> Result<Box<dyn SensorModel>> {
-    if config.query_views > MOST_VIEWS {
-        return Err(Error::usage(format!(
-            "query_views = {}: expected at most {MOST_VIEWS}",
-            config.query_views
-        )));
-    }
-    let detector = Viewed::new(model.detector(), config.query_views, Seed(config.seed));
-    let detector = Arc::new(detector);
-    let at_every_pose = match config.evidence {
-        Evidence::MeanField => model.code_map(grid, false)?,
-        _ => None,
-    };
-    Ok(match at_every_pose {
-        Some(map) => Box::new(EveryPose::new(detector, Arc::new(map))?),
-        None => {
-            let map = Arc::new(model.map()?.at(grid.places())?);
-            Box::new(LearnedFeatures::new(detector, map, config.evidence)?)
-        }
-    })
-}
-
-/// How much a model's evidence counts; none: as much as it says.
-fn scale_of(model: &Model, config: &LiveConfig) -> Result<Option<EvidenceScale>> {
-    match config.evidence_scale.or(model.header.evidence_scale) {
-        Some(scale) if !(scale.is_finite() && scale > 0.0) => Err(Error::usage(format!(
-            "evidence_scale = {scale}: expected a number above 0"
-        ))),
-        scale => Ok(scale.map(EvidenceScale::of)),
-    }
+/// What a model's answers say at the cells of a grid, as a configuration has it look at them.
+fn as_configured(model: &Model, grid: &Grid, config: &LiveConfig) -> Result<Box<dyn SensorModel>> {
+    let seed = Seed(config.seed);
+    sensor_of(model, grid, config.evidence, config.query_views, seed)
 }

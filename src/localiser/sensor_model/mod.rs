@@ -47,6 +47,7 @@ pub mod independent;
 pub mod kernel;
 pub mod learned;
 pub mod likelihood_field;
+mod of_model;
 pub mod signal_field;
 
 pub use bank::{Bank, BankChoice, BankSet, ChosenBy};
@@ -58,6 +59,7 @@ pub use independent::{Independent, PreparedProduct};
 pub use kernel::{PreparedKernel, RawKernel, least_mean_squares};
 pub use learned::{LearnedFeatures, PreparedFeatures};
 pub use likelihood_field::LikelihoodFieldModel;
+pub(super) use of_model::{scale_of, sensor_of};
 pub use signal_field::SignalFieldModel;
 
 use crate::{

@@ -1,6 +1,7 @@
 //! The keys of a world's file.
 
 use super::{
+    days::DaysConfig,
     furnishing::{FireDoorConfig, LightConfig, ThingConfig},
     journey::{PathConfig, RecordConfig, SetConfig},
     material::MaterialConfig,
@@ -61,6 +62,8 @@ pub struct WorldConfig {
     pub set: Vec<SetConfig>,
     /// People that walk about.
     pub people: Option<PeopleConfig>,
+    /// What lasts from run to run, and changes from day to day; without it every run finds doors, things and light drawn anew.
+    pub days: Option<DaysConfig>,
 }
 
 /// `[building]`: what holds for the whole building.

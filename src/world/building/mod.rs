@@ -5,6 +5,7 @@
 //! ends in `_deg` (radians where it ends in `_rad`). An unknown key is an error.
 
 mod config;
+mod days;
 mod fixture;
 mod furnishing;
 mod journey;
@@ -24,6 +25,7 @@ use crate::{
     world::{FloorPlan, Light, Material, PeopleConfig, RobotConfig, RunScene, Wall, map_server},
 };
 pub use config::{BuildingConfig, WorldConfig};
+pub use days::DaysConfig;
 use furnishing::Thing;
 pub use furnishing::{FireDoorConfig, LightConfig, ThingConfig};
 pub use journey::{Follow, PathConfig, RecordConfig, SetConfig};
@@ -79,6 +81,7 @@ pub struct Building {
     journey: Journey,
     sets: Vec<RunSet>,
     people: Option<PeopleConfig>,
+    days: Option<DaysConfig>,
     wall_on_left: Option<bool>,
 }
 
@@ -169,6 +172,9 @@ impl Building {
         if let Some(people) = &config.people {
             people.check()?;
         }
+        if let Some(days) = &config.days {
+            days.check()?;
+        }
         Ok(Self {
             name: config.name.clone(),
             source: config.source.clone(),
@@ -186,6 +192,7 @@ impl Building {
             sets,
             robot,
             people: config.people.clone(),
+            days: config.days.clone(),
             wall_on_left: match (config.path.side, config.path.follow) {
                 (None, Follow::Wall) => Some(true),
                 (side, _) => side.map(|side| side == Side::Left),
@@ -252,22 +259,69 @@ impl Building {
     }
 
     fn scene(&self, seed: Seed, run: u64, mapping: bool) -> Result<RunScene> {
-        let mut random = seed.numbered_stream("world/building/doors", run);
+        let Some(days) = &self.days else {
+            let mut doors = seed.numbered_stream("world/building/doors", run);
+            let mut things = seed.numbered_stream("world/building/things", run);
+            let walls = self.walls(
+                mapping,
+                &mut || [doors.random(), doors.random()],
+                &mut |thing, _| thing.walls(&mut things),
+            );
+            return self.lit(walls, self.lights.clone(), seed, run);
+        };
+        let day = days.day(run);
+        let mut door = 0;
+        let walls = self.walls(
+            mapping,
+            &mut || {
+                let mut state = days.state(seed, "door", door, day);
+                door += 1;
+                [state.random(), state.random()]
+            },
+            &mut |thing, number| thing.walls(&mut days.state(seed, "thing", number, day)),
+        );
+        let lights = self.lights.iter().enumerate().map(|(number, light)| {
+            let burns: f64 = days.state(seed, "lamp", number, day).random();
+            Light {
+                lit: light.lit && burns < days.lit,
+                ..*light
+            }
+        });
+        self.lit(walls, lights.collect(), seed, day)
+    }
+
+    /// All walls: `door` draws how each door stands, `thing` where the things are, by their number.
+    fn walls(
+        &self,
+        mapping: bool,
+        door: &mut dyn FnMut() -> [f64; 2],
+        thing: &mut dyn FnMut(&Thing, usize) -> Vec<Wall>,
+    ) -> Vec<Wall> {
         let mut walls: Vec<Wall> = Vec::new();
         for line in &self.walls {
-            walls.extend(line.walls(&mut random, mapping));
+            walls.extend(line.walls(door, mapping));
         }
         walls.extend(&self.map_walls);
-        let mut random = seed.numbered_stream("world/building/things", run);
-        for thing in &self.things {
-            walls.extend(thing.walls(&mut random));
+        for (number, each) in self.things.iter().enumerate() {
+            walls.extend(thing(each, number));
         }
-        let mut random = seed.numbered_stream("world/building/lights", run);
+        walls
+    }
+
+    /// The scene that walls make in the light of a run, or of a day.
+    fn lit(
+        &self,
+        walls: Vec<Wall>,
+        lights: Vec<Light>,
+        seed: Seed,
+        number: u64,
+    ) -> Result<RunScene> {
+        let mut random = seed.numbered_stream("world/building/lights", number);
         let normal: f64 = random.sample(StandardNormal);
         let [dim, bright] = self.daylight;
         Ok(RunScene {
             plan: FloorPlan::new(walls)?,
-            lights: self.lights.clone(),
+            lights,
             illumination: (1.0 + self.illumination_sd * normal).max(0.1),
             daylight: dim + random.random::<f64>() * (bright - dim),
             ceiling_m: self.ceiling_m,

@@ -8,11 +8,9 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    seed::Stream,
     world::{Material, OpenDoor, Wall, WallLine},
 };
 use nalgebra::Point2;
-use rand::RngExt;
 
 /// Rooms reach this far to either side of their door where the file doesn't say, metres.
 const ROOM_SIDE_M: f64 = 1.8;
@@ -126,8 +124,8 @@ impl Polyline {
         })
     }
 
-    /// Its walls in one run, its doors drawn from the stream; the same number of draws whatever comes out.
-    pub(super) fn walls(&self, random: &mut Stream, mapping: bool) -> Vec<Wall> {
+    /// Its walls in one run; `door` draws for each door in turn, from 0 to 1, whether and how far it stands open.
+    pub(super) fn walls(&self, door: &mut dyn FnMut() -> [f64; 2], mapping: bool) -> Vec<Wall> {
         let mut walls = Vec::new();
         for leg in &self.legs {
             let mut reached_m = 0.0;
@@ -139,7 +137,7 @@ impl Polyline {
                     [0.0, f64::INFINITY],
                     &mut walls,
                 );
-                self.inside(leg, fixture, random, mapping, &mut walls);
+                self.inside(leg, fixture, door, mapping, &mut walls);
                 reached_m = end_m;
             }
             let whole_m = leg.line.length_m();
@@ -236,7 +234,7 @@ impl Polyline {
         &self,
         leg: &Leg,
         fixture: &Fixture,
-        random: &mut Stream,
+        draw: &mut dyn FnMut() -> [f64; 2],
         mapping: bool,
         walls: &mut Vec<Wall>,
     ) {
@@ -265,7 +263,7 @@ impl Polyline {
                 self.cavity(leg, fixture, *depth_m, [own; 2], everywhere, walls);
             }
             What::Door(door) => {
-                let (openness, angle): (f64, f64) = (random.random(), random.random());
+                let [openness, angle] = draw();
                 let shut = openness >= door.open || (mapping && door.shut_while_mapping);
                 let [least, most] = door.opened_rad;
                 let opened_rad = least + angle * (most - least);

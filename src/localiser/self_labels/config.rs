@@ -1,0 +1,91 @@
+//! How a robot labels what it sensed, as a configuration says it.
+
+use crate::{
+    belief::GridConfig,
+    error::{Error, Result},
+    localiser::lost::LostConfig,
+};
+use serde::{Deserialize, Serialize};
+
+/// Which belief a label is read off.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum LabelsFrom {
+    /// What the whole run tells of each of its moments.
+    #[default]
+    Smoothed,
+    /// What was known at the moment itself.
+    Filtered,
+}
+
+/// What must be believed for a label to be kept.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum GateOver {
+    /// What is sensed about the label's own moment.
+    #[default]
+    Moment,
+    /// The run as a whole: places that have changed contradict the map, which is no reason not to learn what they are now, as long as
+    /// the way from one to the next fits the rest of the run.
+    Run,
+}
+
+/// How a robot labels what it sensed, and which labels it believes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SelfLabelConfig {
+    /// Metres, by odometry, between two snapshots that correct the belief (Thrun 1998, 5.2.4).
+    pub spacing_m: f64,
+    /// Which belief a label is read off.
+    pub from: LabelsFrom,
+    /// Labels are kept whose lost score is at most this, 0 to 1, and whose belief has one mode. 1: all labels are kept, whatever is
+    /// believed of them.
+    pub gate: f64,
+    /// What the score is of: the label's own moment, or the whole run, all of whose labels with one mode are then kept or none.
+    pub gate_over: GateOver,
+    /// What makes the score; its `threshold` is not asked.
+    pub lost: LostConfig,
+    /// Cells of the belief.
+    pub grid: GridConfig,
+}
+
+impl Default for SelfLabelConfig {
+    fn default() -> Self {
+        Self {
+            spacing_m: 0.5,
+            from: LabelsFrom::default(),
+            gate: 0.1,
+            gate_over: GateOver::default(),
+            lost: LostConfig::default(),
+            grid: GridConfig::default(),
+        }
+    }
+}
+
+impl SelfLabelConfig {
+    /// # Errors
+    /// A usage error where a value makes no sense; the message names its key.
+    pub fn check(&self) -> Result<()> {
+        if !(0.01..=100.0).contains(&self.spacing_m) {
+            return Err(Error::usage(format!(
+                "labels.spacing_m = {}: expected 0.01 to 100 metres",
+                self.spacing_m
+            )));
+        }
+        if !(0.0..=1.0).contains(&self.gate) {
+            return Err(Error::usage(format!(
+                "labels.gate = {}: expected a lost score, 0 to 1 (1: no gate)",
+                self.gate
+            )));
+        }
+        self.grid.check()?;
+        self.lost.check().map_err(|e| e.context("labels"))
+    }
+
+    /// Are all labels kept?
+    pub(super) fn is_open(&self) -> bool {
+        self.gate >= 1.0
+    }
+}
