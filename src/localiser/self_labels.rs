@@ -7,9 +7,10 @@
 //! idea at first labels its first metres as well. Snapshots between two anchors lie where odometry has them, the difference that is left shared
 //! out along the way.
 //!
-//! A wrong label teaches a wrong map, which gives more wrong labels. So a label passes the gate only where the belief is sure (its mass
-//! within 1 m of the likeliest place), has that one place only ([`modes`](Belief::modes)), and predicts what is sensed
-//! there without having seen it ([`LostConfig::score`](super::LostConfig::score); the short-term means of either direction of time, halved and added). Or the whole run is asked at once ([`GateOver::Run`]).
+//! A wrong label teaches a wrong map, which gives more wrong labels. So the labels of a run pass the gate only where its belief is sure (its mass
+//! within 1 m of the likeliest place, on average) and predicts what is sensed without having seen it ([`LostConfig::score`](super::LostConfig::score)), and each
+//! of them only where its belief has that one place ([`modes`](Belief::modes)). The run is asked as a whole, since what has changed contradicts the map where it
+//! is sensed, and is what there is to learn ([`GateOver`]).
 
 use super::{
     PreparedSensorModel,

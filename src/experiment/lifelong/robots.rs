@@ -27,8 +27,8 @@ pub enum RobotKind {
     Frozen,
     /// Its own labels that pass the gate; map and filters.
     Adapted,
-    /// The same, the gate asking each run as a whole.
-    AdaptedByRun,
+    /// The same, the gate asking each label's own moment.
+    AdaptedByMoment,
     /// As `adapted`, the map alone.
     MapOnly,
     /// All of its own labels, as the whole run tells them.
@@ -49,7 +49,7 @@ pub enum RobotKind {
 pub const ROBOTS: [RobotKind; 10] = [
     RobotKind::Frozen,
     RobotKind::Adapted,
-    RobotKind::AdaptedByRun,
+    RobotKind::AdaptedByMoment,
     RobotKind::MapOnly,
     RobotKind::Ungated,
     RobotKind::UngatedFiltered,
@@ -65,7 +65,7 @@ impl RobotKind {
         match self {
             Self::Frozen => "first day's model",
             Self::Adapted => "adapted",
-            Self::AdaptedByRun => "adapted, gate by run",
+            Self::AdaptedByMoment => "adapted, gate by moment",
             Self::MapOnly => "adapted, map alone",
             Self::Ungated => "no gate",
             Self::UngatedFiltered => "no gate, filter's labels",
@@ -85,8 +85,8 @@ impl RobotKind {
         if matches!(self, Self::Ungated | Self::UngatedFiltered) {
             own.labels.gate = 1.0;
         }
-        if self == Self::AdaptedByRun {
-            own.labels.gate_over = GateOver::Run;
+        if self == Self::AdaptedByMoment {
+            own.labels.gate_over = GateOver::Moment;
         }
         if self == Self::UngatedFiltered {
             own.labels.from = LabelsFrom::Filtered;

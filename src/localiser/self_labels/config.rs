@@ -25,10 +25,10 @@ pub enum LabelsFrom {
 #[non_exhaustive]
 pub enum GateOver {
     /// What is sensed about the label's own moment.
-    #[default]
     Moment,
     /// The run as a whole: places that have changed contradict the map, which is no reason not to learn what they are now, as long as
     /// the way from one to the next fits the rest of the run.
+    #[default]
     Run,
 }
 
@@ -43,7 +43,7 @@ pub struct SelfLabelConfig {
     /// Labels are kept whose lost score is at most this, 0 to 1, and whose belief has one mode. 1: all labels are kept, whatever is
     /// believed of them.
     pub gate: f64,
-    /// What the score is of: the label's own moment, or the whole run, all of whose labels with one mode are then kept or none.
+    /// What the score is of: the whole run, all of whose labels with one mode are then kept or none, or the label's own moment.
     pub gate_over: GateOver,
     /// What makes the score; its `threshold` is not asked.
     pub lost: LostConfig,

@@ -79,7 +79,11 @@ fn a_known_start_is_believed() {
 fn the_gate_keeps_out_what_the_rest_of_the_run_contradicts() {
     let model = model();
     let share = |run: &Recording| {
-        let labels = of_model(&model, run, &SelfLabelConfig::default(), None).unwrap();
+        let config = SelfLabelConfig {
+            gate_over: GateOver::Moment,
+            ..SelfLabelConfig::default()
+        };
+        let labels = of_model(&model, run, &config, None).unwrap();
         labels.iter().filter(|label| label.kept).count() as f64 / labels.len() as f64
     };
     let as_it_was = share(&run(|_| {}));
@@ -92,11 +96,7 @@ fn the_gate_keeps_out_what_the_rest_of_the_run_contradicts() {
     assert!(share(&noise) < 0.25 * as_it_was, "{}", share(&noise));
     // Asked as a whole, the run is believed or it isn't.
     let by_run = |run: &Recording| {
-        let config = SelfLabelConfig {
-            gate_over: GateOver::Run,
-            ..SelfLabelConfig::default()
-        };
-        let labels = of_model(&model, run, &config, None).unwrap();
+        let labels = of_model(&model, run, &SelfLabelConfig::default(), None).unwrap();
         labels.iter().filter(|label| label.kept).count() as f64 / labels.len() as f64
     };
     let whole = by_run(&run(|_| {}));
