@@ -126,10 +126,11 @@ Example:
   ballmark trajectory est.tum ref.tum";
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
-    let options = options(&arguments)?;
     let config = arguments.config.as_deref().map(TrajectoryExperiment::read);
     let config = config.transpose()?;
     let named = config.as_ref().map_or(&[][..], |config| &config.run);
+    let has_prior = arguments.prior.is_some() || named.iter().any(|run| run.prior.is_some());
+    let options = options(&arguments, has_prior)?;
     let in_call = run_in_call(&arguments, named)?;
     let runs: Vec<&RunConfig> = in_call.iter().chain(named).collect();
     runs.iter()
@@ -259,7 +260,7 @@ fn texts(tables: &[Table]) -> String {
     tables.join("\n")
 }
 
-fn options(arguments: &Arguments) -> Result<EvaluationOptions> {
+fn options(arguments: &Arguments, has_prior: bool) -> Result<EvaluationOptions> {
     let Arguments {
         max_difference,
         offset,
@@ -289,12 +290,9 @@ fn options(arguments: &Arguments) -> Result<EvaluationOptions> {
         ("--search-step", search_step.is_some()),
         ("--prior-intervals", edges.is_some()),
     ];
-    if let (None, Some((name, _))) = (
-        &arguments.prior,
-        needs_prior.iter().find(|(_, given)| *given),
-    ) {
+    if let (false, Some((name, _))) = (has_prior, needs_prior.iter().find(|(_, given)| *given)) {
         return Err(Error::usage(format!(
-            "{name} is for --prior; expected both"
+            "{name} is for --prior, or a [[run]] with `prior`; expected both"
         )));
     }
     let delta = Delta {

@@ -80,6 +80,12 @@ fn runs_are_judged_apart_and_together() {
         (&20.0.into(), &10.0.into())
     );
     assert_eq!(all["runs"][0]["conditions"]["place"], "a corridor");
+    let precise = ["--truth-precision", "0.2m,1deg"];
+    let answer = place.ballmark(&[&call[..3], &precise, &["--json"]].concat());
+    assert_eq!(
+        json(&answer)["prediction_correction"]["truth"]["positions_within"],
+        21
+    );
     assert_eq!(all["framework"]["objective"], "to find the charger");
     let rmse = all["runs"][1]["ape"]["translation_m"]["rmse"].as_f64();
     assert!((rmse.unwrap() - 0.3).abs() < 1e-12);
