@@ -77,7 +77,7 @@ pub struct Adapted {
 ///
 /// # Errors
 /// Where a constant makes no sense, the recording lacks a sensor of the model or its odometry never moves, and as
-/// [`update`](crate::model::update).
+/// [`update`].
 pub fn adapt(
     model: &Model,
     memory: Option<&Memory>,
