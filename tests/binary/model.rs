@@ -212,8 +212,8 @@ fn a_graph_is_written_whole_and_alike_each_time() {
         "snapshot",
         "probability",
         "map.activation",
-        "TopK",
-        "dataset_sha256",
+        "Sigmoid",
+        "\"recipe\"",
     ] {
         assert!(holds(name), "{name}");
     }
