@@ -102,4 +102,15 @@ impl Displacement {
     pub fn distance_m(&self) -> f64 {
         self.forward_m.hypot(self.left_m)
     }
+
+    /// The same of a robot that drives a route: below 0 where it backs up.
+    ///
+    /// ```
+    /// use ballmark::geometry::Displacement;
+    /// let backed_up = Displacement { forward_m: -3.0, left_m: 4.0, turn_rad: 0.1 };
+    /// assert_eq!((backed_up.distance_m(), backed_up.along_route_m()), (5.0, -5.0));
+    /// ```
+    pub fn along_route_m(&self) -> f64 {
+        self.distance_m().copysign(self.forward_m)
+    }
 }

@@ -141,7 +141,7 @@ fn reversed(step: &Displacement, places: &Places) -> Displacement {
     match places {
         // As long as the way, whatever the robot's headings are.
         Places::Route(_) => Displacement {
-            forward_m: -step.distance_m().copysign(step.forward_m),
+            forward_m: -step.along_route_m(),
             left_m: 0.0,
             turn_rad: -step.turn_rad,
         },

@@ -110,7 +110,7 @@ impl Move {
         let lattice = grid.lattice();
         let (east_m, north_m) = match **grid.places() {
             // A step along the route is as long as the way, forwards or backwards.
-            Places::Route(_) => (step.distance_m().copysign(step.forward_m), 0.0),
+            Places::Route(_) => (step.along_route_m(), 0.0),
             Places::Plane(_) => {
                 let (sin, cos) = (heading as f64 * TAU / grid.headings() as f64).sin_cos();
                 let (ahead, left) = (step.forward_m, step.left_m);

@@ -54,7 +54,7 @@ pub struct Arguments {
 const HELP: &str = "\
 A world has tables [materials.NAME], [building], [[wall]] with [[wall.door]], [[wall.window]], [[wall.niche]], \
 [[wall.hallway]] and [[wall.paint]], [[thing]], [[light]], [[fire_door]], [robot], [sonar], [infrared], [laser], [camera], \
-[compass], [path], [record], [[set]] and [people]. Lengths are metres; an unknown key is an error.
+[compass], [path], [record], [[set]], [days] and [people]. Lengths are metres; an unknown key is an error.
 
 Exit status: 0 done, 1 the robot can't drive so (it gets out, hits a wall), 2 the world or the call is wrong.
 

@@ -91,12 +91,12 @@ fn search_step(cell_m: f64, headings: usize) -> SearchStep {
     }
 }
 
-/// A movement; along a route nothing but its length.
+/// A movement; along a route nothing but its length, with the sign of the way.
 fn along(moved: Displacement, has_headings: bool) -> Displacement {
     match has_headings {
         true => moved,
         false => Displacement {
-            forward_m: moved.distance_m(),
+            forward_m: moved.along_route_m(),
             left_m: 0.0,
             turn_rad: 0.0,
         },
@@ -205,5 +205,10 @@ mod tests {
             (length.forward_m, length.left_m, length.turn_rad),
             (5.0, 0.0, 0.0)
         );
+        let back = Displacement {
+            forward_m: -3.0,
+            ..moved
+        };
+        assert_eq!(along(back, false).forward_m, -5.0);
     }
 }

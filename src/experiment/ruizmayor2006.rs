@@ -19,7 +19,7 @@ use crate::{
     error::{Error, Result},
     geometry::{Pose, wrapped},
     localiser::{Learn, local_grid::LocalGrid},
-    recording::Recording,
+    recording::{Recording, injected_noise::uniform_error},
     score::{
         MeanInterval,
         prediction_correction::{
@@ -33,7 +33,6 @@ use crate::{
         simulation::{Choice, simulate},
     },
 };
-use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::{
@@ -257,17 +256,11 @@ impl Ruizmayor2006Config {
             (self.prediction_m, self.prediction_deg),
             (self.noise_m, self.noise_deg),
         ] {
-            let [x, y] = loop {
-                let [x, y] = [0; 2].map(|_| random.random_range(-1.0..=1.0_f64));
-                if x * x + y * y <= 1.0 {
-                    break [x, y];
-                }
-            };
-            let turn_deg = radius_deg * random.random_range(-1.0..=1.0_f64);
+            let off = uniform_error(radius_m, radius_deg, random);
             pose = Pose::new(
-                pose.x_m + radius_m * x,
-                pose.y_m + radius_m * y,
-                wrapped(pose.heading_rad + turn_deg.to_radians()),
+                pose.x_m + off.forward_m,
+                pose.y_m + off.left_m,
+                wrapped(pose.heading_rad + off.turn_rad),
             );
         }
         pose

@@ -154,6 +154,14 @@ impl LiveLocaliser {
         })
     }
 
+    /// The same robot, the evidence of whose sensors counts as much as that; on top of it the share that no model explains.
+    pub fn scaled(self, scale: EvidenceScale) -> Self {
+        Self {
+            scale: Some(scale),
+            ..self
+        }
+    }
+
     /// Begins anew at a known pose: a Gaussian around it with standard deviations in metres along the ground and radians of
     /// heading. Along a route `x_m` is the coordinate.
     ///

@@ -69,21 +69,21 @@ impl InjectedNoise {
     pub fn is_none(&self) -> bool {
         self.odometry_m == 0.0 && self.odometry_deg == 0.0 && self.range_m == 0.0
     }
+}
 
-    /// One error of odometry: uniform over a disc and over an interval.
-    fn drawn(&self, random: &mut Stream) -> Displacement {
-        let [x, y] = loop {
-            let [x, y] = [0; 2].map(|_| random.random_range(-1.0..=1.0_f64));
-            if x * x + y * y <= 1.0 {
-                break [x, y];
-            }
-        };
-        let turn_deg = self.odometry_deg * random.random_range(-1.0..=1.0_f64);
-        Displacement {
-            forward_m: self.odometry_m * x,
-            left_m: self.odometry_m * y,
-            turn_rad: turn_deg.to_radians(),
+/// An error of position and heading, uniform over a disc of this radius in metres, and within so many degrees either way.
+pub(crate) fn uniform_error(radius_m: f64, most_deg: f64, random: &mut Stream) -> Displacement {
+    let [x, y] = loop {
+        let [x, y] = [0; 2].map(|_| random.random_range(-1.0..=1.0_f64));
+        if x * x + y * y <= 1.0 {
+            break [x, y];
         }
+    };
+    let turn_deg = most_deg * random.random_range(-1.0..=1.0_f64);
+    Displacement {
+        forward_m: radius_m * x,
+        left_m: radius_m * y,
+        turn_rad: turn_deg.to_radians(),
     }
 }
 
@@ -178,7 +178,8 @@ fn disturb_odometry(
                 // leaps, errors of more way than this make no difference that a robot could still recover from.
                 let due = ((since_m / noise.every_m + 1e-9).floor() as usize).min(MOST_AT_ONCE);
                 for _ in 0..due {
-                    pose = pose.after(noise.drawn(&mut random));
+                    let (radius_m, most_deg) = (noise.odometry_m, noise.odometry_deg);
+                    pose = pose.after(uniform_error(radius_m, most_deg, &mut random));
                 }
                 if due > 0 {
                     since_m = (since_m - due as f64 * noise.every_m).clamp(0.0, noise.every_m);

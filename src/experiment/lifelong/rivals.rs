@@ -2,7 +2,7 @@
 
 use super::{LifelongConfig, judge::judged};
 use crate::{
-    belief::{Belief, Grid, GridConfig, Neighbours, Places, Uncertainty},
+    belief::{Grid, GridConfig, Neighbours, Places, Uncertainty},
     detector::input::{Input, InputConfig},
     error::Result,
     experiment::{evidence_tuning::tuned_bandwidth, mapped::Mapped},
@@ -13,8 +13,8 @@ use crate::{
         sensor_model::{EvidenceScale, PreparedSensorModel, RawKernel, Scaled, least_mean_squares},
     },
     model::{Memory, Model},
-    recording::{Observation, Recording},
-    seed::{Seed, Stream},
+    recording::Recording,
+    seed::Seed,
 };
 use ndarray::Axis;
 use std::sync::Arc;
@@ -91,13 +91,11 @@ impl Scans {
 
     fn robot_of(&self, model: &Model, memory: &Recording) -> Result<LiveLocaliser> {
         let grid = Arc::new(Grid::over(&Places::of(memory), &GridConfig::default())?);
-        let scaled = ScaledKernel {
-            kernel: self.kernel(model, memory, &grid)?,
-            scale: self.scale,
-        };
+        let kernel = Box::new(self.kernel(model, memory, &grid)?);
         let motion = model.header.motion.clone();
         let stream = Seed(0).stream("unused");
-        LiveLocaliser::from_parts(&grid, motion, Box::new(scaled), stream)
+        let robot = LiveLocaliser::from_parts(&grid, motion, kernel, stream)?;
+        Ok(robot.scaled(self.scale))
     }
 
     /// How such a robot labels a day.
@@ -121,28 +119,5 @@ impl Scans {
             route_m: model.route_m.as_deref(),
         };
         self_labels(&labeller, day, config, None)
-    }
-}
-
-/// A kernel whose evidence counts less than it says.
-struct ScaledKernel {
-    kernel: RawKernel,
-    scale: EvidenceScale,
-}
-
-impl SensorModel for ScaledKernel {
-    fn name(&self) -> &str {
-        self.kernel.name()
-    }
-
-    fn log_likelihood(
-        &self,
-        observation: &Observation,
-        belief: &Belief,
-        stream: &mut Stream,
-    ) -> Result<Vec<f64>> {
-        let mut l = self.kernel.log_likelihood(observation, belief, stream)?;
-        self.scale.apply(&mut l);
-        Ok(l)
     }
 }

@@ -28,11 +28,17 @@ impl LiveLocaliser {
         let grid = Arc::new(Grid::over(&model.places(), &config.grid)?);
         let sensor = as_configured(model, &grid, config)?;
         let mut robot = Self::of_model(model, &grid, sensor, config)?;
-        robot.scale = scale_of(model, config.evidence_scale)?;
-        Ok(robot)
+        if let (None, Some(tuned)) = (&config.lost, &model.header.lost) {
+            robot = robot.counting_as_lost(tuned.clone())?;
+        }
+        Ok(match scale_of(model, config.evidence_scale)? {
+            Some(scale) => robot.scaled(scale),
+            None => robot,
+        })
     }
 
-    /// A robot with a bank of filters, of which it uses at every step the set that promises most.
+    /// A robot with a bank of filters, of which it uses at every step the set that promises most. It counts as lost by the usual
+    /// constants, where the configuration says none: those of its sets were tuned for each set alone.
     ///
     /// # Errors
     /// As [`LiveLocaliser::with_config`].
@@ -67,8 +73,7 @@ impl LiveLocaliser {
         let stream = Seed(config.seed).stream("sampled features");
         let mut robot = Self::from_parts(grid, motion.clone(), sensor, stream)?;
         robot.past = model.past();
-        let lost = config.lost.as_ref().or(model.header.lost.as_ref());
-        robot = robot.counting_as_lost(lost.cloned().unwrap_or_default())?;
+        robot = robot.counting_as_lost(config.lost.clone().unwrap_or_default())?;
         match &config.restart {
             Some(restart) => robot.restarting(restart.clone()),
             None => Ok(robot),

@@ -18,10 +18,11 @@ pub(super) fn between(
     let mut travelled_m = vec![0.0];
     let ends = to.iter().map(|(_, odometry)| odometry);
     for pair in odometry.iter().chain(ends).collect::<Vec<_>>().windows(2) {
-        let step_m = pair[0].displacement_to(pair[1]);
-        let step_m = step_m
-            .distance_m()
-            .copysign(if is_route { step_m.forward_m } else { 1.0 });
+        let step = pair[0].displacement_to(pair[1]);
+        let step_m = match is_route {
+            true => step.along_route_m(),
+            false => step.distance_m(),
+        };
         travelled_m.push(travelled_m[travelled_m.len() - 1] + step_m);
     }
     let reckoned = |number: usize, odometry: &Pose| match is_route {

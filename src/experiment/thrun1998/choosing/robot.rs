@@ -209,8 +209,7 @@ impl<'a> Robot<'a> {
                 turn_rad: 0.0,
             })?;
             let along_m = going.along_m + way * DRIVE_M * drives as f64;
-            let is_seen = |sensed_m: &f64| (sensed_m - along_m).abs() < SEEN_WITHIN_M;
-            sum_m += match going.sensed_m.iter().any(is_seen) {
+            sum_m += match is_seen(&going.sensed_m, along_m) {
                 true => unsensed_error_m(there.belief()),
                 false => self.promise(camera, there.belief())?,
             };
@@ -278,6 +277,12 @@ impl<'a> Robot<'a> {
     }
 }
 
+/// Was something sensed there, or near by?
+fn is_seen(sensed_m: &[f64], along_m: f64) -> bool {
+    let mut sensed = sensed_m.iter();
+    sensed.any(|sensed_m| (sensed_m - along_m).abs() < SEEN_WITHIN_M)
+}
+
 /// The expected error of a robot that senses nothing: Σ_ξ* Bel(ξ*) Σ_ξ Bel(ξ) e(ξ*, ξ).
 fn unsensed_error_m(belief: &Belief) -> f64 {
     let places = belief.places();
@@ -298,4 +303,25 @@ fn least(values: impl Iterator<Item = Result<f64>>) -> Result<usize> {
         }
     }
     Ok(best.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    #[test]
+    fn without_a_reading_the_belief_is_held_against_itself() {
+        let places = Arc::new(Places::Route(vec![0.0, 99.0]));
+        let lost = Belief::uniform(&places).unwrap();
+        assert!((unsensed_error_m(&lost) - 49.5).abs() < 1e-12);
+        let leaning = Belief::from_mass(&places, vec![0.9, 0.1]).unwrap();
+        assert!((unsensed_error_m(&leaning) - 2.0 * 0.09 * 99.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_second_look_is_no_news() {
+        assert!(is_seen(&[0.0, 2.0], 2.9) && is_seen(&[0.0], -0.9));
+        assert!(!is_seen(&[0.0, 2.0], 4.0) && !is_seen(&[], 0.0));
+    }
 }
