@@ -31,7 +31,7 @@ fn parse(criterion: &mut Criterion) {
             ballmark::recording::format::carmen::read(
                 Path::new("bench.log"),
                 black_box(log.as_bytes()),
-                None,
+                &Default::default(),
             )
         });
     });

@@ -8,6 +8,7 @@ use crate::{
         format::{FORMATS, Format},
         import::{self, ReadOptions},
         imported_log::ImportedLog,
+        log_options::LogOptions,
         npz,
     },
     storage,
@@ -72,7 +73,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     }
     let options = ReadOptions {
         format: arguments.format.as_deref().map(Format::named).transpose()?,
-        max_range_m: arguments.max_range,
+        log: LogOptions {
+            max_range_m: arguments.max_range,
+        },
     };
     storage::check_target(&arguments.output)?; // a wrong name fails now, not after the reading
     let log = import::read(&arguments.log, &options)?;

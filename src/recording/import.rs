@@ -6,6 +6,7 @@ use super::{
     import_report::ImportReport,
     imported_log::ImportedLog,
     joined,
+    log_options::LogOptions,
 };
 use crate::{
     error::{Error, Result},
@@ -19,8 +20,8 @@ use std::path::{Path, PathBuf};
 pub struct ReadOptions {
     /// The format, instead of guessing it.
     pub format: Option<Format>,
-    /// Reading in metres from which on there was no return, instead of the logs' own, for all channels in metres.
-    pub max_range_m: Option<f64>,
+    /// What the logs don't say themselves.
+    pub log: LogOptions,
 }
 
 /// Reads one log or several; each becomes a run of its own (a log that holds several runs keeps them apart).
@@ -84,7 +85,7 @@ fn read_bytes(path: &Path, file: &[u8], options: &ReadOptions) -> Result<Importe
         Some(format) => format,
         None => Format::of_content(path, &content.bytes)?,
     };
-    let mut log = format.read(path, &content.bytes, options.max_range_m)?;
+    let mut log = format.read(path, &content.bytes, &options.log)?;
     if let Some(damage) = content.damage {
         log.account.lost(format!("{damage}; the rest is lost"));
     }

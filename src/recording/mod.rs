@@ -10,6 +10,7 @@ pub mod import_report;
 pub mod imported_log;
 pub mod injected_noise;
 mod joined;
+pub mod log_options;
 pub mod npz;
 mod observation;
 mod one_way;

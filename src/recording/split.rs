@@ -174,7 +174,7 @@ impl SplitConfig {
     ///
     /// ```
     /// # let log: Vec<u8> = (0..40).flat_map(|x| format!("FLASER 1 1.5 {x} 0 0 {x} 0 0 {x} h {x}\n").into_bytes()).collect();
-    /// # let recording = ballmark::recording::format::carmen::read("walk.log".as_ref(), &log, None)?.recording;
+    /// # let recording = ballmark::recording::format::carmen::read("walk.log".as_ref(), &log, &Default::default())?.recording;
     /// use ballmark::recording::split::{SplitConfig, Unit};
     /// // 40 snapshots, one a metre: stretches 0 to 3; 0 and 2 are fold 0.
     /// let config = SplitConfig { unit: Unit::Stretch(10.0), folds: 2, test_fold: Some(0), validation_every: 2 };

@@ -5,6 +5,7 @@ use crate::{
     recording::{
         import_report::ImportReport,
         imported_log::{ImportedLog, OdometrySource},
+        log_options::LogOptions,
         npz, ranges,
     },
 };
@@ -15,13 +16,13 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK")
 }
 
-/// Reads a dataset; `max_range_m` applies to channels in metres. `path` is for messages only.
+/// Reads a dataset. `path` is for messages only.
 ///
 /// # Errors
 /// As [`npz::from_bytes`].
-pub(super) fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<ImportedLog> {
+pub(super) fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
     let mut columns = npz::from_bytes(path, bytes)?.into_columns();
-    if let Some(maximum_m) = max_range_m {
+    if let Some(maximum_m) = options.max_range_m {
         ranges::limit_channels_in_metres(&mut columns, maximum_m);
     }
     let mut account = ImportReport::default();

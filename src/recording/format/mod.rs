@@ -7,7 +7,7 @@ pub mod carmen;
 pub mod csv;
 mod dataset;
 
-use super::imported_log::ImportedLog;
+use super::{imported_log::ImportedLog, log_options::LogOptions};
 use crate::error::{Error, Result};
 use std::{fmt, path::Path};
 
@@ -25,9 +25,8 @@ pub struct Format {
 
 type Recognise = fn(&[u8]) -> bool;
 
-/// Reads an unpacked log: its file's name for messages, its bytes, and the reading in metres from which on there was no
-/// return, where it isn't to be the log's own.
-type Read = fn(&Path, &[u8], Option<f64>) -> Result<ImportedLog>;
+/// Reads an unpacked log: its file's name for messages, its bytes, and how it is to be taken.
+type Read = fn(&Path, &[u8], &LogOptions) -> Result<ImportedLog>;
 
 /// All formats, in the order in which they are tried.
 pub const FORMATS: [Format; 3] = [
@@ -102,8 +101,8 @@ impl Format {
     ///
     /// # Errors
     /// Where it holds nothing that can be read. Damaged records are no error but entries in the log's account.
-    pub fn read(&self, path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<ImportedLog> {
-        (self.read)(path, bytes, max_range_m)
+    pub fn read(&self, path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
+        (self.read)(path, bytes, options)
     }
 }
 

@@ -47,7 +47,7 @@ const RESERVED: [&str; 7] = [
 /// # let folder = tempfile::tempdir().unwrap();
 /// # let path = folder.path().join("walk.npz");
 /// # let log = b"FLASER 2 1.5 2.5 0 0 0 0 0 0 0.1 host 0.1\n";
-/// # let recording = ballmark::recording::format::carmen::read("walk.log".as_ref(), log, None)?.recording;
+/// # let recording = ballmark::recording::format::carmen::read("walk.log".as_ref(), log, &Default::default())?.recording;
 /// use ballmark::recording::npz;
 /// npz::write(&path, &recording)?;
 /// let again = npz::read(&path)?;

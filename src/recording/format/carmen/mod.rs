@@ -24,6 +24,7 @@ use crate::{
         Channel, Columns, Recording,
         import_report::ImportReport,
         imported_log::{ImportedLog, OdometrySource},
+        log_options::LogOptions,
         ranges,
     },
 };
@@ -66,21 +67,21 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
     lines.map(message::kind).any(message::is_known)
 }
 
-/// Reads an unpacked log; `max_range_m` replaces the maximum that the log shows itself. `path` is for messages only.
+/// Reads an unpacked log; a maximum that is stated replaces the one that the log shows itself. `path` is for messages only.
 ///
 /// # Errors
 /// Where the log has no scan, or no pose for any scan. A damaged line is no error but an entry in the account.
 ///
 /// ```
-/// use ballmark::recording::format::carmen::read;
+/// use ballmark::recording::{format::carmen::read, log_options::LogOptions};
 /// let text = b"FLASER 2 1.5 81.91 3 4 0 3 4 0 0.1 host 0.1\nNEFF 2.0\n";
-/// let log = read("walk.log".as_ref(), text, None)?;
+/// let log = read("walk.log".as_ref(), text, &LogOptions::default())?;
 /// assert_eq!(log.recording.poses()[0].x_m, 3.0);
 /// assert!(log.recording.values()[[0, 1]].is_nan());
 /// assert_eq!(log.account.passed_over_counts()["NEFF"], 1);
 /// # Ok::<(), ballmark::Error>(())
 /// ```
-pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<ImportedLog> {
+pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
     let mut account = ImportReport::default();
     let events = parse(bytes, &mut account);
     let leader = leader(&events).ok_or_else(|| {
@@ -196,7 +197,9 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Impor
                 None => account.warning(&format!("snapshot without readings of `{name}`")),
             }
         }
-        let maximum = max_range_m.or_else(|| ranges::no_return_from(block.view(), &pose));
+        let maximum = options
+            .max_range_m
+            .or_else(|| ranges::no_return_from(block.view(), &pose));
         ranges::blank_no_returns(block, maximum);
         let example = if *kind == leader.0 {
             Some(rows[0])

@@ -27,6 +27,7 @@ use crate::{
         Columns, Recording,
         import_report::ImportReport,
         imported_log::{ImportedLog, OdometrySource},
+        log_options::LogOptions,
         ranges,
     },
 };
@@ -48,22 +49,22 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
     names.any(|name| matches!(name, "x_m" | "y_m" | "heading_rad" | "time_s"))
 }
 
-/// Reads an unpacked table; `max_range_m` applies to channels in metres. `path` is for messages only.
+/// Reads an unpacked table. `path` is for messages only.
 ///
 /// # Errors
 /// Where the header lacks a column or has one twice, or no row can be read. A damaged row is no error but an entry in the
 /// account.
 ///
 /// ```
-/// use ballmark::recording::format::csv::read;
+/// use ballmark::recording::{format::csv::read, log_options::LogOptions};
 /// let table = b"time_s,x_m,y_m,heading_rad,sonar.0,sonar.1,light[lux]\n0.5,1,2,0,3.5,,80\n";
-/// let log = read("walk.csv".as_ref(), table, None)?;
+/// let log = read("walk.csv".as_ref(), table, &LogOptions::default())?;
 /// let channels = log.recording.channels();
 /// assert_eq!((channels[0].width, channels[0].unit.as_str(), channels[1].unit.as_str()), (2, "m", "lux"));
 /// assert!(log.recording.values()[[0, 1]].is_nan());
 /// # Ok::<(), ballmark::Error>(())
 /// ```
-pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<ImportedLog> {
+pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut reader = ReaderBuilder::new()
         .flexible(true)
@@ -131,7 +132,7 @@ pub fn read(path: &Path, bytes: &[u8], max_range_m: Option<f64>) -> Result<Impor
     columns.values =
         Array2::from_shape_vec((k, width), values).map_err(|e| Error::file(path, e))?;
     columns.channels = header.channels;
-    if let Some(maximum_m) = max_range_m {
+    if let Some(maximum_m) = options.max_range_m {
         ranges::limit_channels_in_metres(&mut columns, maximum_m);
     }
     let odometry = match header.odometry {
@@ -170,7 +171,7 @@ mod tests {
     use super::*;
 
     fn table(text: &str) -> Result<ImportedLog> {
-        read(Path::new("t.csv"), text.as_bytes(), None)
+        read(Path::new("t.csv"), text.as_bytes(), &LogOptions::default())
     }
 
     #[test]
