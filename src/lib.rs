@@ -43,6 +43,7 @@
 #![warn(missing_docs)]
 
 // ground: what everyone stands on
+pub mod delimited;
 pub mod error;
 pub mod geometry;
 pub mod seed;

@@ -5,18 +5,25 @@ use crate::{
     error::{Error, Result},
     recording::{
         Recording,
+        declared::Bearings,
         format::{FORMATS, Format},
         import::{self, ReadOptions},
         imported_log::ImportedLog,
-        log_options::LogOptions,
+        log_options::{GAP_M, LogOptions},
         npz,
+        selection::Selection,
     },
     storage,
 };
 use clap::builder::PossibleValuesParser;
 use ndarray::Axis;
 use serde_json::{Value, json};
-use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
+use std::{
+    collections::BTreeMap,
+    fmt::{Display, Write},
+    path::PathBuf,
+    str::FromStr,
+};
 
 /// Turn a robot's log into a dataset.
 ///
@@ -41,6 +48,30 @@ pub struct Arguments {
     #[arg(long, value_name = "METRES")]
     max_range: Option<f64>,
 
+    /// Sensors to take, of several: columns of a table by name, channels (NAME) or values (NAME.NUMBER) of other logs; `*` stands for any letters.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    columns: Vec<String>,
+
+    /// Sensors to leave out, named likewise.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    drop: Vec<String>,
+
+    /// Unit of a channel, instead of the log's own; mm, cm, dm, km, in, ft and yd are made metres.
+    #[arg(long, value_name = "CHANNEL=UNIT", value_parser = named::<String>)]
+    unit: Vec<(String, String)>,
+
+    /// Where a channel's values point, in degrees to the left of ahead: one each, or FIRST..LAST evenly.
+    #[arg(long, value_name = "CHANNEL=DEG,...", value_parser = named::<Bearings>, allow_hyphen_values = true)]
+    bearings: Vec<(String, Bearings)>,
+
+    /// How far from the robot's middle a channel's sensors sit, along their bearings.
+    #[arg(long, value_name = "CHANNEL=METRES", value_parser = named::<f64>)]
+    offset: Vec<(String, f64)>,
+
+    /// A step longer than this, of which odometry knows less than half, begins a new run.
+    #[arg(long, value_name = "METRES", default_value_t = GAP_M)]
+    gap: f64,
+
     /// Print the summary as one JSON object.
     #[arg(long)]
     json: bool,
@@ -53,8 +84,10 @@ printed: a value that readings pile up at, far out and wherever the robot is.
 
 CSV: a header with `time_s` (or `stamp`), `x_m`, `y_m`, `heading_rad` (the true place); optional `odometry_x_m`, \
 `odometry_y_m`, `odometry_heading_rad`, `run`, `route_m`, `compass_rad`. Every other column is one sensor value: NAME.0, \
-NAME.1, ... (or NAME_0, NAME_1, ...) form one channel NAME, a plain name is a channel of one value. An empty cell or nan is \
-no return. A unit may stand in brackets: light[lux]; `laser`, `rear_laser`, `sonar`, `infrared` and names ending in _m are in metres. \
+NAME.1, ... (or NAME_0, NAME[0], NAME0, NAME001, from 0 or 1 on) form one channel NAME, a plain name is a channel of one value. An empty \
+cell or nan is no return. A unit may stand in brackets: light[lux], and behind it where a value points and how far out its sensor sits: \
+sonar.3[cm @ 67.5 + 0.2m]; `laser`, `rear_laser`, `sonar`, `infrared` and names ending in _m are in metres. Cells are separated by commas, \
+semicolons or tabs; UTF-16 and decimal commas are read. \
 A column `frame` (or `image`) of file names, relative to the table, brings a PNG or JPEG picture a row: channel `camera`, \
 the 140 values of Thrun (1998, 5.1.3) of the picture subsampled to 60 x 64 pixels.
 
@@ -66,15 +99,27 @@ Example:
   ballmark import walk.csv -o walk.npz";
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
-    if let Some(maximum) = arguments.max_range.filter(|m| !(m.is_finite() && *m > 0.0)) {
-        return Err(Error::usage(format!(
-            "--max-range {maximum}: expected metres above 0"
-        )));
+    for (option, metres) in [
+        ("--max-range", arguments.max_range),
+        ("--gap", Some(arguments.gap)),
+    ] {
+        if let Some(metres) = metres.filter(|m| !(m.is_finite() && *m > 0.0)) {
+            let fault = format!("{option} {metres}: expected metres above 0");
+            return Err(Error::usage(fault));
+        }
     }
     let options = ReadOptions {
         format: arguments.format.as_deref().map(Format::named).transpose()?,
         log: LogOptions {
             max_range_m: arguments.max_range,
+            sensors: Selection {
+                take: arguments.columns.clone(),
+                leave: arguments.drop.clone(),
+            },
+            units: arguments.unit.clone(),
+            bearings: arguments.bearings.clone(),
+            offsets_m: arguments.offset.clone(),
+            gap_m: arguments.gap,
         },
     };
     storage::check_target(&arguments.output)?; // a wrong name fails now, not after the reading
@@ -88,6 +133,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     };
     npz::write(&arguments.output, &log.recording).map_err(named)?;
     let account = &log.account;
+    for note in account.notes() {
+        warn(&format!("note: {note}"));
+    }
     for (what, n) in account.warning_counts() {
         warn(&format!("warning: {n} × {what}"));
     }
@@ -108,6 +156,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     } else {
         Outcome::Done
     })
+}
+
+/// `NAME=VALUE`
+fn named<T: FromStr<Err: Display>>(text: &str) -> std::result::Result<(String, T), String> {
+    let (name, value) = text.split_once('=').ok_or("expected CHANNEL=VALUE")?;
+    let value = value.parse().map_err(|e: T::Err| e.to_string())?;
+    Ok((name.to_string(), value))
 }
 
 /// Share of NaN in each channel.
@@ -139,6 +194,7 @@ fn summary(log: &ImportedLog, arguments: &Arguments) -> Value {
         "used": account.used_counts(),
         "passed_over": account.passed_over_counts(),
         "warnings": account.warning_counts(),
+        "notes": account.notes(),
         "dropped": account.lost_count(),
         "dropped_records": account.lost_records(),
     })

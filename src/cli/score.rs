@@ -4,7 +4,7 @@ use super::{Outcome, print, warn};
 use crate::{
     error::{Error, Result},
     report::{Table, verdict_tables},
-    score::{Effort, Responses, Verdict},
+    score::{ColumnNames, Effort, Responses, Verdict},
     seed::Seed,
 };
 use std::path::PathBuf;
@@ -13,7 +13,8 @@ use std::path::PathBuf;
 ///
 /// The CSV file has a header with the columns `response` and `location`: labels of any kind, spaces around them don't
 /// count. Optional columns: `trial`, over which the interval is then drawn, and `distance_m`, which adds a table of
-/// the coefficient at each distance. Other columns are passed over.
+/// the coefficient at each distance. Other columns are passed over; columns of other names are named by options. Cells are
+/// separated by commas, semicolons or tabs; UTF-16 and decimal commas are read.
 ///
 /// The uncertainty coefficient U(L|R) (Duckett & Nehmzow 1998) is the share of the location's entropy that the response
 /// removes: at 1 the response determines the location, at 0 it says nothing about it. Small samples raise it by chance; the
@@ -26,6 +27,18 @@ pub struct Arguments {
     /// Responses: CSV with the columns `response,location`, optional `trial,distance_m`.
     #[arg(value_name = "R.csv")]
     responses: PathBuf,
+    /// Column of what the system answered.
+    #[arg(long, value_name = "NAME", default_value = "response")]
+    response: String,
+    /// Column of where it was.
+    #[arg(long, value_name = "NAME", default_value = "location")]
+    location: String,
+    /// Optional column of the trial that a row belongs to.
+    #[arg(long, value_name = "NAME", default_value = "trial")]
+    trial: String,
+    /// Optional column of the metres travelled.
+    #[arg(long, value_name = "NAME", default_value = "distance_m")]
+    distance: String,
     /// One JSON object instead of tables.
     #[arg(long)]
     json: bool,
@@ -43,7 +56,13 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
-    let responses = Responses::read(&arguments.responses)?;
+    let names = ColumnNames {
+        response: arguments.response,
+        location: arguments.location,
+        trial: arguments.trial,
+        distance_m: arguments.distance,
+    };
+    let responses = Responses::read_named(&arguments.responses, &names)?;
     let effort = Effort {
         permutations: arguments.permutations,
         resamples: arguments.bootstrap,

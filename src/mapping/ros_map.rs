@@ -49,8 +49,22 @@ impl RosMap {
     /// names the file and the key.
     pub fn read(file: &Path) -> Result<Self> {
         let config = MapFile::read(file)?;
-        let picture_file = file.with_file_name("").join(&config.image);
-        let cells = config.cells(&picture(&picture_file)?);
+        let folder = file.with_file_name("");
+        let picture_file = folder.join(&config.image);
+        let cells = config.cells(&picture(&picture_file).map_err(|e| {
+            // Maps are copied from robot to robot, and their YAML goes on naming the place on the first.
+            let name = Path::new(&config.image).file_name();
+            match name.filter(|name| e.is_io() && folder.join(name).is_file()) {
+                Some(name) => {
+                    let name = name.to_string_lossy();
+                    e.followed_by(format!(
+                        "; `{name}` lies beside {}: name it so under `image`",
+                        file.display()
+                    ))
+                }
+                None => e,
+            }
+        })?);
         if !cells.iter().any(|cell| *cell == Occupancy::Occupied) {
             return Err(Error::file(
                 &picture_file,

@@ -26,6 +26,7 @@ pub struct ImportReport {
     warnings: BTreeMap<String, usize>,
     lost: usize,
     lost_records: Vec<String>,
+    notes: Vec<String>,
 }
 
 impl ImportReport {
@@ -42,6 +43,18 @@ impl ImportReport {
     /// Something odd that cost no data, such as a time stamp that runs backwards.
     pub fn warning(&mut self, what: &str) {
         count(&mut self.warnings, what, 1);
+    }
+
+    /// Something that the user should know about the log as a whole, in a sentence.
+    pub fn note(&mut self, what: String) {
+        if self.notes.len() < KINDS && !self.notes.contains(&what) {
+            self.notes.push(what);
+        }
+    }
+
+    /// Records after the one at fault that were lost with it, without a name of their own.
+    pub fn lost_with_it(&mut self, records: usize) {
+        self.lost += records;
     }
 
     /// A record that had to be dropped: where it stood, its fault and what was expected.
@@ -77,6 +90,11 @@ impl ImportReport {
         &self.lost_records
     }
 
+    /// Sentences about the log as a whole.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
     /// Adds the books of another log, whose name is put before its lost records.
     pub fn add(&mut self, log: &str, other: &ImportReport) {
         for (mine, theirs) in [
@@ -87,6 +105,9 @@ impl ImportReport {
             for (kind, n) in theirs {
                 count(mine, kind, *n);
             }
+        }
+        for note in &other.notes {
+            self.note(format!("{log}: {note}"));
         }
         self.lost += other.lost;
         let room = NAMED.saturating_sub(self.lost_records.len());

@@ -1,5 +1,10 @@
 //! What the user says about a log that the log doesn't say itself.
 
+use super::{declared::Bearings, selection::Selection};
+
+/// A step longer than this that odometry knows nothing of is a gap in a log, in metres.
+pub const GAP_M: f64 = 5.0;
+
 /// How a log of any format is taken. By default as it says itself.
 ///
 /// ```
@@ -10,8 +15,32 @@
 /// assert!(read.recording.values()[[1, 0]].is_nan());
 /// # Ok::<(), ballmark::Error>(())
 /// ```
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct LogOptions {
     /// Reading in metres from which on there was no return, instead of the log's own, for all channels in metres.
     pub max_range_m: Option<f64>,
+    /// Sensors to take: columns of a table by their name in its header, channels of other logs.
+    pub sensors: Selection,
+    /// Units by channel, in place of those that the log states; lengths come out in metres.
+    pub units: Vec<(String, String)>,
+    /// Bearings by channel.
+    pub bearings: Vec<(String, Bearings)>,
+    /// How far from the robot's middle the sensors of a channel sit, in metres along their bearings.
+    pub offsets_m: Vec<(String, f64)>,
+    /// A new run begins where the robot is farther than this from where it was a snapshot before, and odometry doesn't say
+    /// so, in metres.
+    pub gap_m: f64,
+}
+
+impl Default for LogOptions {
+    fn default() -> Self {
+        Self {
+            max_range_m: None,
+            sensors: Selection::default(),
+            units: Vec::new(),
+            bearings: Vec::new(),
+            offsets_m: Vec::new(),
+            gap_m: GAP_M,
+        }
+    }
 }

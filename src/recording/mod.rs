@@ -1,6 +1,7 @@
 //! What a robot saw: snapshots of its sensors, each with the place it was taken at, in one or several runs.
 
 pub mod compressed;
+pub mod declared;
 pub mod degraded;
 pub mod format;
 pub mod history;
@@ -13,9 +14,11 @@ mod joined;
 pub mod log_options;
 pub mod npz;
 mod observation;
+mod oddities;
 mod one_way;
 mod people;
 pub mod ranges;
+pub mod selection;
 pub mod split;
 pub mod viewpoint;
 

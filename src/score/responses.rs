@@ -2,16 +2,46 @@
 
 use super::contingency::Contingency;
 use crate::{
+    delimited::Delimited,
     error::{Error, Result},
     storage,
 };
 use std::{collections::HashMap, io::Read, path::Path};
 
+/// Letters of a cell or a name that a message quotes.
+const SHOWN: usize = 40;
+/// Names of columns that a message lists.
+const LISTED: usize = 12;
+
+/// What the columns of a table of responses are called.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ColumnNames {
+    /// What the system answered.
+    pub response: String,
+    /// Where it was.
+    pub location: String,
+    /// Which trial a row belongs to; an optional column.
+    pub trial: String,
+    /// Metres travelled since the start of the trial; an optional column.
+    pub distance_m: String,
+}
+
+impl Default for ColumnNames {
+    fn default() -> Self {
+        Self {
+            response: "response".into(),
+            location: "location".into(),
+            trial: "trial".into(),
+            distance_m: "distance_m".into(),
+        }
+    }
+}
+
 /// Responses and the locations they were given at, row by row.
 ///
 /// The file has a header with the columns `response` and `location`: labels of any kind, spaces around them don't count.
 /// Optional columns: `trial`, a label that rows of one trial share, and `distance_m`, a number. Other columns are passed
-/// over.
+/// over. Which separator, decimal mark and encoding it has is seen in the header ([`Delimited`]).
 ///
 /// ```
 /// use ballmark::score::{Entropies, Responses};
@@ -37,8 +67,16 @@ impl Responses {
     /// # Errors
     /// Where it can't be read, or as [`Responses::from_reader`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        Self::read_named(path, &ColumnNames::default())
+    }
+
+    /// Reads a file whose columns have other names.
+    ///
+    /// # Errors
+    /// As [`Responses::read`], and where a column that isn't called as usual is missing.
+    pub fn read_named(path: impl AsRef<Path>, names: &ColumnNames) -> Result<Self> {
         let path = path.as_ref();
-        Self::from_bytes(path, &storage::read_file(path)?)
+        Self::from_bytes(path, &storage::read_file(path)?, names)
     }
 
     /// Reads everything that a reader gives; `name` stands for the file in messages.
@@ -50,43 +88,55 @@ impl Responses {
         let mut bytes = Vec::new();
         let read = reader.read_to_end(&mut bytes);
         read.map_err(|e| Error::io("cannot read", &name, e))?;
-        Self::from_bytes(name.as_ref(), &bytes)
+        Self::from_bytes(name.as_ref(), &bytes, &ColumnNames::default())
     }
 
-    fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
+    fn from_bytes(path: &Path, bytes: &[u8], names: &ColumnNames) -> Result<Self> {
+        let table = Delimited::new(bytes);
+        let bytes = table.text();
         let text = std::str::from_utf8(bytes).map_err(|e| {
-            let line = 1 + bytes[..e.valid_up_to()]
-                .iter()
-                .filter(|&&b| b == b'\n')
-                .count();
+            let line = table.line(1) as usize
+                + bytes[..e.valid_up_to()]
+                    .iter()
+                    .filter(|&&b| b == b'\n')
+                    .count();
             Error::input(
                 path,
                 format!("line {line}"),
                 "is not UTF-8; expected CSV text",
             )
         })?;
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         if text.trim().is_empty() {
             let fault = "is empty; expected CSV with the columns `response,location`";
             return Err(Error::file(path, fault));
         }
-        let mut reader = csv::ReaderBuilder::new()
-            .flexible(true)
-            .from_reader(text.as_bytes());
+        let mut reader = table.reader();
         let unreadable = |e: csv::Error| Error::file(path, format!("is not CSV: {e}"));
         let headers = reader.headers().map_err(unreadable)?.clone();
-        let optional = |name: &str| column(path, &headers, name);
+        let header_line = format!("line {}", table.line(1));
+        let find = |name: &str| {
+            let found = column(&headers, name);
+            found.map_err(|fault| Error::input(path, &header_line, fault))
+        };
         let required = |name: &str| {
-            optional(name)?.ok_or_else(|| {
-                let found: Vec<&str> = headers.iter().map(str::trim).collect();
+            find(name)?.ok_or_else(|| {
+                let found: Vec<String> = headers.iter().take(LISTED).map(shown).collect();
                 let fault = format!(
-                    "no column `{name}` among {found:?}; expected `response` and `location`"
+                    "no column `{}` among {found:?}; expected `{}` and `{}`, or their names by `--response` and `--location`",
+                    shown(name), shown(&names.response), shown(&names.location)
                 );
-                Error::input(path, "line 1", fault)
+                Error::input(path, &header_line, fault)
             })
         };
-        let (response_at, location_at) = (required("response")?, required("location")?);
-        let (trial_at, distance_at) = (optional("trial")?, optional("distance_m")?);
+        // A name that the user gave must be there.
+        let optional = |name: &str, usual: &str| match name == usual {
+            true => find(name),
+            false => required(name).map(Some),
+        };
+        let (response_at, location_at) = (required(&names.response)?, required(&names.location)?);
+        let usual = ColumnNames::default();
+        let trial_at = optional(&names.trial, &usual.trial)?;
+        let distance_at = optional(&names.distance_m, &usual.distance_m)?;
 
         let mut rows = Self {
             location: Vec::new(),
@@ -100,8 +150,13 @@ impl Responses {
             let start = record
                 .position()
                 .map_or(0, |position| position.byte() as usize);
-            let wrong =
-                |fault: String| Error::input(path, format!("line {}", line_of(text, start)), fault);
+            let wrong = |fault: String| {
+                Error::input(
+                    path,
+                    format!("line {}", table.line(line_of(text, start) as u64)),
+                    fault,
+                )
+            };
             if record.len() != headers.len() {
                 let (found, expected) = (record.len(), headers.len());
                 return Err(wrong(format!(
@@ -129,15 +184,12 @@ impl Responses {
                 column.push(*trials.entry(label(at)?).or_insert(next));
             }
             if let (Some(column), Some(at)) = (&mut rows.distance_m, distance_at) {
-                let number = record[at]
-                    .trim()
-                    .parse::<f64>()
-                    .ok()
-                    .filter(|d| d.is_finite());
+                let number = table.number::<f64>(&record[at]).filter(|d| d.is_finite());
                 let fault = || {
-                    let found = record[at].trim();
                     wrong(format!(
-                        "column `distance_m` holds `{found}`; expected metres as a number"
+                        "column `{}` holds `{}`; expected metres as a number",
+                        shown(&headers[at]),
+                        shown(&record[at])
                     ))
                 };
                 column.push(number.ok_or_else(fault)? + 0.0); // −0 and 0 are one distance
@@ -202,15 +254,20 @@ fn line_of(text: &str, start: usize) -> usize {
         .count()
 }
 
+/// A cell or a name as messages quote it.
+fn shown(text: &str) -> String {
+    let text = text.trim();
+    let cut: String = text.chars().take(SHOWN).collect();
+    let rest = if cut.len() < text.len() { "…" } else { "" };
+    format!("{}{rest}", cut.escape_debug())
+}
+
 /// Where in the header a column stands; two of one name are a fault.
-fn column(path: &Path, headers: &csv::StringRecord, name: &str) -> Result<Option<usize>> {
+fn column(headers: &csv::StringRecord, name: &str) -> std::result::Result<Option<usize>, String> {
     let mut places = (0..headers.len()).filter(|&at| headers[at].trim() == name);
     let first = places.next();
     match places.next() {
         None => Ok(first),
-        Some(_) => {
-            let fault = format!("two columns `{name}`; expected one");
-            Err(Error::input(path, "line 1", fault))
-        }
+        Some(_) => Err(format!("two columns `{}`; expected one", shown(name))),
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{
     judgement::{Caution, Effort, Judgement},
+    label_notes,
     responses::Responses,
 };
 use crate::seed::Seed;
@@ -91,6 +92,13 @@ impl Verdict {
             notes: Vec::new(),
         };
         verdict.notes = verdict.what_to_note();
+        let of = label_notes::of;
+        verdict
+            .notes
+            .extend(of(responses.location(), "location", "a place"));
+        verdict
+            .notes
+            .extend(of(responses.response(), "response", "an answer"));
         verdict
     }
 

@@ -46,6 +46,14 @@ pub fn check_enclosed(plan: &FloorPlan, start: &Point2<f64>, radius_m: f64) -> R
                 .into_iter()
                 .min_by(|a, b| plan.clearance_m(a).total_cmp(&plan.clearance_m(b)))
                 .unwrap_or(*start);
+            let (low, high) = plan.bounds();
+            let within = |at: &Point2<f64>| low.inf(at) == low && high.sup(at) == high;
+            if !within(start) {
+                return Err(Error::work(format!(
+                    "robot: starts outside of the walls: ({:.2}, {:.2}); expected a place between ({:.1}, {:.1}) and ({:.1}, {:.1}), walls all round",
+                    start.x, start.y, low.x, low.y, high.x, high.y
+                )));
+            }
             Err(Error::work(format!(
                 "floor plan: a robot of radius {radius_m} m gets out near ({:.1}, {:.1}); expected walls all round",
                 hole.x, hole.y
@@ -197,7 +205,10 @@ mod tests {
         let outside = check_enclosed(&plan, &Point2::new(9.0, 2.0), 0.25)
             .unwrap_err()
             .to_string();
-        assert!(outside.contains("gets out"), "{outside}");
+        assert!(
+            outside.contains("starts outside of the walls: (9.00, 2.00)"),
+            "{outside}"
+        );
         let endless = Wall::new(Point2::origin(), Point2::new(6e5, 6e5), BRICK);
         let plan = FloorPlan::new(vec![endless]).unwrap();
         let wide = check_enclosed(&plan, &Point2::new(0.0, 5.0), 0.25)

@@ -12,8 +12,12 @@ const MAX_BYTES: u64 = 2 << 30;
 /// The picture in a file.
 pub(super) fn picture(file: &Path) -> Result<DynamicImage> {
     let bytes = read_ordinary(file)?;
-    let wrong =
-        |fault: String| Error::file(file, format!("{fault}; expected a PGM or PNG picture"));
+    let wrong = |fault: String| {
+        Error::file(
+            file,
+            format!("{fault}; expected a PGM, PNG, BMP or JPEG picture"),
+        )
+    };
     let mut reader = ImageReader::new(Cursor::new(&bytes))
         .with_guessed_format()
         .map_err(|e| wrong(e.to_string()))?;

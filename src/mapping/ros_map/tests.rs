@@ -42,6 +42,32 @@ fn each_mode_reads_brightness_as_map_server_does() {
 }
 
 #[test]
+fn the_mode_s_name_may_have_capitals_and_full_is_occupied_in_degrees() {
+    let mode = |name: &str| {
+        let yaml = format!(
+            "image: a\nresolution: 1\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.196\nmode: {name}\n"
+        );
+        serde_saphyr::from_str::<MapFile>(&yaml).map(|file| file.mode)
+    };
+    assert_eq!(mode("Trinary").unwrap(), Mode::Trinary);
+    assert_eq!(mode("SCALE").unwrap(), Mode::Scale);
+    assert!(
+        mode("grey")
+            .unwrap_err()
+            .to_string()
+            .contains("`mode` is `grey`")
+    );
+    // Masks of nav2's filters have thresholds of 0 and 1.
+    let mask = MapFile {
+        occupied_thresh: 1.0,
+        free_thresh: 0.0,
+        ..config(Mode::Scale, 0)
+    };
+    assert_eq!(mask.of_shade(0.0), Occupancy::Occupied);
+    assert_eq!(mask.of_shade(0.1), Occupancy::Unknown);
+}
+
+#[test]
 fn transparency_is_one_more_colour_in_the_trinary_mode_alone() {
     let cells = |mode, rgba: [u8; 4]| {
         let picture = RgbaImage::from_pixel(1, 1, image::Rgba(rgba));

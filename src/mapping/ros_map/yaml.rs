@@ -7,7 +7,7 @@ use crate::{
 };
 use image::DynamicImage;
 use ndarray::Array2;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer, de::Error as _};
 use std::path::Path;
 
 /// The YAML file; keys that map_server doesn't know are passed over, as it does.
@@ -15,6 +15,7 @@ use std::path::Path;
 pub(super) struct MapFile {
     pub image: String,
     pub resolution: f64,
+    #[serde(deserialize_with = "origin")]
     pub origin: [f64; 3],
     #[serde(default)]
     pub negate: Negate,
@@ -22,6 +23,27 @@ pub(super) struct MapFile {
     pub free_thresh: f64,
     #[serde(default)]
     pub mode: Mode,
+}
+
+/// Three numbers; what isn't one is named by its place. Read as text, since map_server writes `-nan` in the C language's way
+/// where it had no yaw, which YAML doesn't know.
+fn origin<'de, D: Deserializer<'de>>(input: D) -> std::result::Result<[f64; 3], D::Error> {
+    let written = <[String; 3]>::deserialize(input)?;
+    let mut numbers = [0.0; 3];
+    for ((number, text), name) in numbers.iter_mut().zip(&written).zip(["x", "y", "the yaw"]) {
+        let plain = text.strip_prefix(['-', '+']).unwrap_or(text);
+        let special = plain
+            .strip_prefix('.')
+            .filter(|word| word.starts_with(char::is_alphabetic));
+        *number = special.unwrap_or(text).parse().map_err(|_| {
+            let shown: String = text.chars().take(20).collect();
+            D::Error::custom(format!(
+                "`origin`: {name} is `{}`; expected x, y and yaw as numbers",
+                shown.escape_debug()
+            ))
+        })?;
+    }
+    Ok(numbers)
 }
 
 /// Written as 0 or 1, or as a truth value.
@@ -39,8 +61,7 @@ impl Default for Negate {
 }
 
 /// What a cell's brightness says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Mode {
     /// Occupied, free, or else unknown; transparency counts as one more colour.
     #[default]
@@ -49,6 +70,25 @@ pub(super) enum Mode {
     Scale,
     /// The occupancy in percent, as it stands; above 100 unknown.
     Raw,
+}
+
+/// Capital or small, as nav2 takes it.
+impl<'de> Deserialize<'de> for Mode {
+    fn deserialize<D: Deserializer<'de>>(input: D) -> std::result::Result<Self, D::Error> {
+        let word = String::deserialize(input)?;
+        match word.to_ascii_lowercase().as_str() {
+            "trinary" => Ok(Self::Trinary),
+            "scale" => Ok(Self::Scale),
+            "raw" => Ok(Self::Raw),
+            _ => {
+                let shown: String = word.chars().take(20).collect();
+                Err(D::Error::custom(format!(
+                    "`mode` is `{}`; expected one of trinary, scale, raw",
+                    shown.escape_debug()
+                )))
+            }
+        }
+    }
 }
 
 impl MapFile {
@@ -79,8 +119,16 @@ impl MapFile {
             let expected = "metres a cell, above 0.0001 up to 100";
             return wrong("resolution", resolution.to_string(), expected);
         }
-        if let Some(number) = origin.iter().find(|number| !(-1e6..=1e6).contains(*number)) {
-            return wrong("origin", number.to_string(), "finite x, y and yaw");
+        if let Some((number, name)) = origin
+            .iter()
+            .zip(["x", "y", "yaw"])
+            .find(|(number, _)| !(-1e6..=1e6).contains(*number))
+        {
+            return wrong(
+                "origin",
+                format!("{number} in {name}"),
+                "finite x, y and yaw",
+            );
         }
         if !(0.0 <= free_thresh && free_thresh < occupied_thresh && occupied_thresh <= 1.0) {
             let expected =
@@ -135,8 +183,12 @@ impl MapFile {
                 percent / 100.0
             }
         };
+        // What the mode with degrees rounds to 100 % is occupied too.
+        let above = occupancy - self.free_thresh;
+        let share = above / (self.occupied_thresh - self.free_thresh);
+        let full = self.mode == Mode::Scale && (100.0 * share).round() >= 100.0;
         match occupancy {
-            o if o > self.occupied_thresh => Occupancy::Occupied,
+            o if o > self.occupied_thresh || full => Occupancy::Occupied,
             o if o < self.free_thresh => Occupancy::Free,
             _ => Occupancy::Unknown,
         }

@@ -1,12 +1,12 @@
 //! A dataset as a log: its maximum may be set anew, and several can be joined.
 
 use crate::{
-    error::{Error, Result},
+    error::Result,
     recording::{
         import_report::ImportReport,
         imported_log::{ImportedLog, OdometrySource},
         log_options::LogOptions,
-        npz, ranges,
+        npz,
     },
 };
 use std::path::Path;
@@ -20,16 +20,12 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// As [`npz::from_bytes`].
-pub(super) fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
-    let mut columns = npz::from_bytes(path, bytes)?.into_columns();
-    if let Some(maximum_m) = options.max_range_m {
-        ranges::limit_channels_in_metres(&mut columns, maximum_m);
-    }
+pub(super) fn read(path: &Path, bytes: &[u8], _: &LogOptions) -> Result<ImportedLog> {
+    let recording = npz::from_bytes(path, bytes)?;
     let mut account = ImportReport::default();
-    (0..columns.pose.len()).for_each(|_| account.used("snapshot"));
-    let recording = crate::recording::Recording::new(columns);
+    (0..recording.len()).for_each(|_| account.used("snapshot"));
     Ok(ImportedLog {
-        recording: recording.map_err(|e: Error| e.in_file(path))?,
+        recording,
         account,
         odometry: OdometrySource::Stated,
     })

@@ -6,8 +6,9 @@
 pub mod carmen;
 pub mod csv;
 mod dataset;
+mod gaps;
 
-use super::{imported_log::ImportedLog, log_options::LogOptions};
+use super::{Recording, declared, imported_log::ImportedLog, log_options::LogOptions, oddities};
 use crate::error::{Error, Result};
 use std::{fmt, path::Path};
 
@@ -21,6 +22,8 @@ pub struct Format {
     /// Does an unpacked log read like one of this format? The first format of the list that says so is taken.
     recognises: Recognise,
     read: Read,
+    /// Its reader leaves out sensors itself, before it reads them.
+    selects_itself: bool,
 }
 
 type Recognise = fn(&[u8]) -> bool;
@@ -32,7 +35,7 @@ type Read = fn(&Path, &[u8], &LogOptions) -> Result<ImportedLog>;
 pub const FORMATS: [Format; 3] = [
     Format::new("npz", "a .npz dataset", dataset::detect, dataset::read),
     Format::new("carmen", "a CARMEN log", carmen::detect, carmen::read),
-    Format::new("csv", "a CSV table with a header", csv::detect, csv::read),
+    Format::new("csv", "a CSV table with a header", csv::detect, csv::read).selecting_itself(),
 ];
 
 /// What can't be read, by its first bytes.
@@ -58,6 +61,14 @@ impl Format {
             what,
             recognises,
             read,
+            selects_itself: false,
+        }
+    }
+
+    const fn selecting_itself(self) -> Self {
+        Self {
+            selects_itself: true,
+            ..self
         }
     }
 
@@ -100,9 +111,27 @@ impl Format {
     /// Reads an unpacked log of this format.
     ///
     /// # Errors
-    /// Where it holds nothing that can be read. Damaged records are no error but entries in the log's account.
+    /// Where it holds nothing that can be read, or an option names a sensor that it lacks. Damaged records are no error but
+    /// entries in the log's account.
     pub fn read(&self, path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
-        (self.read)(path, bytes, options)
+        let ImportedLog {
+            recording,
+            mut account,
+            odometry,
+        } = (self.read)(path, bytes, options)?;
+        let mut columns = recording.into_columns();
+        if !self.selects_itself {
+            let selected = options.sensors.apply(&mut columns);
+            selected.map_err(|fault| Error::usage(format!("{}: {fault}", path.display())))?;
+        }
+        declared::apply(&mut columns, options, &mut account).map_err(|e| e.in_file(path))?;
+        oddities::note(&columns, odometry, &mut account);
+        let recording = Recording::new(columns).map_err(|e| e.in_file(path))?;
+        Ok(ImportedLog {
+            recording,
+            account,
+            odometry,
+        })
     }
 }
 

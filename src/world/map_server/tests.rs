@@ -16,6 +16,14 @@ fn read(yaml: &str, files: &[(&str, Vec<u8>)]) -> Result<Vec<Wall>> {
     walls(&file, Material::PLAIN)
 }
 
+/// What sensors see of it, without the bound around the free.
+fn seen(walls: Vec<Wall>) -> Vec<Wall> {
+    walls
+        .into_iter()
+        .filter(|wall| wall.stands_at(0.1))
+        .collect()
+}
+
 const YAML: &str = "image: map.pgm\nresolution: 0.5\norigin: [1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
 /// An L of occupied cells in the lower left: two in the lowest row, one above the left one.
 const L: &[u8] = b"P2\n3 3\n255\n254 254 254\n0 254 205\n0 0 254\n";
@@ -29,7 +37,7 @@ fn has(walls: &[Wall], from: [f64; 2], to: [f64; 2]) -> bool {
 
 #[test]
 fn the_outline_is_made_of_straight_walls_where_the_origin_says() {
-    let walls = read(YAML, &[("map.pgm", L.to_vec())]).unwrap();
+    let walls = seen(read(YAML, &[("map.pgm", L.to_vec())]).unwrap());
     assert_eq!(walls.len(), 6);
     for (from, to) in [
         ([1.0, 2.0], [2.0, 2.0]), // below, two cells in one
@@ -63,16 +71,58 @@ fn png_and_binary_pgm_and_sixteen_bits_say_the_same() {
             DynamicImage::from(grey.clone()).to_luma16().into(),
             ImageFormat::Png,
         ),
-        encoded(DynamicImage::from(grey).to_rgb8().into(), ImageFormat::Png),
+        encoded(
+            DynamicImage::from(grey.clone()).to_rgb8().into(),
+            ImageFormat::Png,
+        ),
+        encoded(DynamicImage::from(grey).to_rgb8().into(), ImageFormat::Bmp),
     ] {
         assert_eq!(read(YAML, &[("map.pgm", picture)]).unwrap(), expected);
     }
 }
 
 #[test]
+fn a_bound_that_no_sensor_sees_keeps_the_robot_where_the_floor_is_known() {
+    let walls = read(YAML, &[("map.pgm", L.to_vec())]).unwrap();
+    let bound: Vec<Wall> = walls
+        .into_iter()
+        .filter(|wall| !wall.stands_at(0.1))
+        .collect();
+    for (from, to) in [
+        ([2.0, 2.0], [2.5, 2.0]), // below, where the lowest row is free
+        ([1.0, 3.5], [2.5, 3.5]), // above
+        ([1.0, 3.0], [1.0, 3.5]), // left
+        ([2.0, 2.5], [2.5, 2.5]), // around the unknown cell
+        ([2.0, 3.0], [2.5, 3.0]),
+        ([2.0, 2.5], [2.0, 3.0]),
+        ([2.5, 2.0], [2.5, 2.5]), // right, but for the unknown cell
+        ([2.5, 3.0], [2.5, 3.5]),
+    ] {
+        assert!(has(&bound, from, to), "{from:?} to {to:?} in {bound:?}");
+    }
+    assert_eq!(bound.len(), 8);
+}
+
+#[test]
+fn a_photograph_is_refused_before_it_fills_the_memory() {
+    let speckled = GrayImage::from_fn(1500, 1500, |x, y| {
+        image::Luma([if x % 2 == 0 && y % 2 == 0 { 0 } else { 254 }])
+    });
+    let mut bytes = Cursor::new(Vec::new());
+    DynamicImage::from(speckled)
+        .write_to(&mut bytes, ImageFormat::Pnm)
+        .unwrap();
+    let error = read(YAML, &[("map.pgm", bytes.into_inner())]).unwrap_err();
+    assert!(
+        error.to_string().contains("more than 1000000 edges"),
+        "{error}"
+    );
+}
+
+#[test]
 fn the_greatest_value_of_a_pgm_counts_as_white() {
     let dim = b"P2\n3 3\n100\n100 100 100\n0 100 80\n0 0 100\n".to_vec();
-    assert_eq!(read(YAML, &[("map.pgm", dim)]).unwrap().len(), 6);
+    assert_eq!(seen(read(YAML, &[("map.pgm", dim)]).unwrap()).len(), 6);
 }
 
 #[test]
@@ -123,7 +173,22 @@ fn each_fault_is_told_in_one_line_with_its_file() {
         (
             with("[1.0, 2.0, 0.0]", "[1.0, .inf, 0.0]"),
             good(),
-            "`origin`: is inf",
+            "`origin`: is inf in y",
+        ),
+        (
+            with("[1.0, 2.0, 0.0]", "[1.0, 2.0, -nan]"),
+            good(),
+            "`origin`: is NaN in yaw",
+        ),
+        (
+            with("[1.0, 2.0, 0.0]", "[1.0, 2.0, east]"),
+            good(),
+            "`origin`: the yaw is `east`",
+        ),
+        (
+            with("map.pgm", "/home/somebody/map.pgm"),
+            good(),
+            "`map.pgm` lies beside",
         ),
         (format!("{YAML}mode: quaternary\n"), good(), "map.yaml: "),
         ("[".to_string(), good(), "map.yaml: "),

@@ -1,21 +1,19 @@
 //! Pictures beside a table: a column names them, and each becomes the values of the channel `camera`.
 
-use super::{Numbered, Row};
-use crate::recording::image;
-use ::csv::{ReaderBuilder, Trim};
+use super::{Numbered, row::Row};
+use crate::{delimited::Delimited, recording::image};
 use rayon::prelude::*;
 use std::path::Path;
 
 /// Are the cells of a column names? They are if the first one that isn't empty is no number.
-pub(super) fn are_named_in(bytes: &[u8], column: usize) -> bool {
-    let mut reader = ReaderBuilder::new()
-        .flexible(true)
-        .trim(Trim::All)
-        .from_reader(bytes);
+pub(super) fn are_named_in(table: &Delimited, column: usize) -> bool {
+    let mut reader = table.reader();
     let rows = reader.byte_records().filter_map(Result::ok);
     let mut cells = rows.filter_map(|row| Some(row.get(column)?.to_vec()));
     let first = cells.find(|cell| !cell.is_empty());
-    let is_number = |cell: &[u8]| std::str::from_utf8(cell).is_ok_and(|c| c.parse::<f64>().is_ok());
+    let is_number = |cell: &[u8]| {
+        std::str::from_utf8(cell).is_ok_and(|cell| table.number::<f64>(cell).is_some())
+    };
     first.is_some_and(|cell| !is_number(&cell))
 }
 
@@ -23,11 +21,11 @@ pub(super) fn are_named_in(bytes: &[u8], column: usize) -> bool {
 /// start from.
 pub(super) fn add(table: &Path, rows: &mut [Numbered]) {
     let folder = table.parent().unwrap_or(Path::new(""));
-    rows.par_iter_mut().for_each(|(_, numbered)| {
-        if let Ok(row) = numbered
+    rows.par_iter_mut().for_each(|numbered| {
+        if let Ok(row) = &mut numbered.row
             && let Err(fault) = add_one(folder, row)
         {
-            *numbered = Err(fault);
+            numbered.row = Err(fault);
         }
     });
 }

@@ -11,42 +11,56 @@
 //! | `frame` (or `image`) | optional: name of a PNG or JPEG file, relative to the table's folder |
 //! | any other | one sensor value |
 //!
-//! `NAME.0`, `NAME.1`, … (or `NAME_0`, `NAME_1`, …) together are one channel `NAME`; a plain name is a channel of one value. An
-//! empty cell, `nan` or `inf` says that nothing came back. Channels named `laser`, `rear_laser`, `sonar` or `infrared`, and
-//! those whose name ends in `_m`, are in metres; a unit in brackets says otherwise: `light[lux]`, `sonar.0[cm]`.
+//! `NAME.0`, `NAME.1`, … (or `NAME_0`, `NAME[0]`, `NAME0`, `NAME001`, …, from 0 or 1 on) together are one channel `NAME`; a plain name is a
+//! channel of one value. An empty cell, `nan` or `inf` says that nothing came back. Channels named `laser`, `rear_laser`, `sonar` or
+//! `infrared`, and those whose name ends in `_m`, are in metres; a unit in brackets says otherwise: `light[lux]`, `sonar.0[cm]`, and
+//! lengths are made metres. Behind an `@` stands where a value's sensor points, in degrees to the left of ahead, and behind a `+`
+//! how far from the robot's middle it sits: `sonar.3[cm @ 67.5 + 0.2m]`.
+//! Cells are separated by commas, semicolons or tabs, whichever the header has most of; where it isn't commas, numbers may have a
+//! decimal comma ([`Delimited`]). A step of more than [`LogOptions::gap_m`] that odometry doesn't know of begins a new run.
 //! A picture becomes the channel `camera` of 140 values ([`features`](crate::recording::image::features)); an empty cell says that there is
 //! none, and a `frame` or `image` column of numbers is a sensor like any other.
 //! Values are taken as they stand: no maximum is looked for, since not every sensor measures a range.
 
+mod channels;
 mod frames;
 mod header;
+mod row;
 
+use super::gaps;
 use crate::{
+    delimited::Delimited,
     error::{Error, Result},
     recording::{
         Columns, Recording,
         import_report::ImportReport,
         imported_log::{ImportedLog, OdometrySource},
         log_options::LogOptions,
-        ranges,
     },
 };
-use ::csv::{ByteRecord, Reader, ReaderBuilder, Trim};
-use header::{Header, Row};
+use ::csv::{ByteRecord, Reader};
+use header::{Fault, Header};
 use ndarray::Array2;
+use row::Row;
 use std::path::Path;
 
 /// Rows read at a time; pictures of as many are decoded side by side.
 const BATCH: usize = 256;
 
-/// Does the first line read like such a header?
+/// Bytes in which the header is looked for.
+const HEADER_WITHIN: usize = 1 << 20;
+
+/// Does the first line read like a header: several names, none of them a number?
 pub(super) fn detect(bytes: &[u8]) -> bool {
-    let first = bytes.split(|b| *b == b'\n').next().unwrap_or_default();
-    let first = String::from_utf8_lossy(first);
-    let mut names = first
-        .split(',')
-        .map(|name| name.trim().trim_matches(['"', '\u{feff}']));
-    names.any(|name| matches!(name, "x_m" | "y_m" | "heading_rad" | "time_s"))
+    let table = Delimited::new(&bytes[..bytes.len().min(HEADER_WITHIN)]);
+    let names = table.names();
+    let is_name = |name: &String| {
+        let mut letters = name.chars().filter(|c| !c.is_ascii_digit());
+        letters.any(char::is_alphabetic) && !name.chars().any(char::is_control)
+    };
+    names.len() > 1
+        && names.iter().all(|name| is_name(name) || name.is_empty())
+        && names.iter().any(is_name)
 }
 
 /// Reads an unpacked table. `path` is for messages only.
@@ -57,38 +71,51 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
 ///
 /// ```
 /// use ballmark::recording::{format::csv::read, log_options::LogOptions};
-/// let table = b"time_s,x_m,y_m,heading_rad,sonar.0,sonar.1,light[lux]\n0.5,1,2,0,3.5,,80\n";
+/// let table = b"time_s;x_m;y_m;heading_rad;sonar.0;sonar.1;light[lux]\n0,5;1;2;0;3,5;;80\n";
 /// let log = read("walk.csv".as_ref(), table, &LogOptions::default())?;
 /// let channels = log.recording.channels();
 /// assert_eq!((channels[0].width, channels[0].unit.as_str(), channels[1].unit.as_str()), (2, "m", "lux"));
-/// assert!(log.recording.values()[[0, 1]].is_nan());
+/// assert!(log.recording.values()[[0, 0]] == 3.5 && log.recording.values()[[0, 1]].is_nan());
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut reader = ReaderBuilder::new()
-        .flexible(true)
-        .trim(Trim::All)
-        .from_reader(bytes);
-    let header = reader
-        .byte_headers()
-        .map_err(|e| Error::input(path, "line 1", e))?;
-    let header = Header::parse(header, |column| frames::are_named_in(bytes, column))
-        .map_err(|fault| Error::input(path, "line 1", fault))?;
+    let table = Delimited::new(bytes);
+    let mut reader = table.reader();
+    let line_1 = format!("line {}", table.line(1));
+    let names = reader.headers().map_err(|e| match e.kind() {
+        ::csv::ErrorKind::Utf8 { .. } => {
+            Error::input(path, &line_1, "is not UTF-8; expected CSV text")
+        }
+        _ => Error::input(path, &line_1, e),
+    })?;
+    let names: Vec<String> = names.iter().map(String::from).collect();
+    let names_files = |column| frames::are_named_in(&table, column);
+    let header = Header::parse(&names, &options.sensors, names_files);
+    let header = header.map_err(|fault| match fault {
+        Fault::Header(fault) => Error::input(path, &line_1, fault),
+        Fault::Selection(fault) => Error::usage(format!("{}: {fault}", path.display())),
+    })?;
     let mut account = ImportReport::default();
     let mut columns = Columns::default();
     let (mut route_m, mut compass_rad, mut values) = (Vec::new(), Vec::new(), Vec::new());
+    header
+        .notes
+        .iter()
+        .for_each(|note| account.note(note.clone()));
     loop {
-        let mut batch = next_rows(path, &mut reader, &header)?;
+        let mut batch = next_rows(path, &table, &mut reader, &header)?;
         if batch.is_empty() {
             break;
         }
         if header.frame.is_some() {
             frames::add(path, &mut batch);
         }
-        for (line, row) in batch {
+        for Numbered { line, more, row } in batch {
             match row {
-                Err(fault) => account.lost(format!("line {line}: {fault}")),
+                Err(fault) => {
+                    account.lost(format!("line {line}: {fault}"));
+                    account.lost_with_it(more);
+                }
                 Ok(row) => {
                     account.used("row");
                     columns.stamp_s.push(row.stamp_s);
@@ -132,13 +159,19 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
     columns.values =
         Array2::from_shape_vec((k, width), values).map_err(|e| Error::file(path, e))?;
     columns.channels = header.channels;
-    if let Some(maximum_m) = options.max_range_m {
-        ranges::limit_channels_in_metres(&mut columns, maximum_m);
-    }
     let odometry = match header.odometry {
         Some(_) => OdometrySource::Stated,
         None => OdometrySource::Poses,
     };
+    let odometry_m = &columns.odometry;
+    columns.run = gaps::runs(
+        &columns.pose,
+        odometry_m,
+        odometry,
+        &columns.run,
+        options.gap_m,
+        &mut account,
+    );
     let recording = Recording::new(columns).map_err(|e| e.in_file(path))?;
     Ok(ImportedLog {
         recording,
@@ -148,10 +181,20 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
 }
 
 /// A row by the number of its line, or what is wrong with it.
-type Numbered = (u64, std::result::Result<Row, String>);
+struct Numbered {
+    line: u64,
+    /// Lines that it goes on for, where a quote isn't closed.
+    more: usize,
+    row: std::result::Result<Row, String>,
+}
 
 /// The next few rows; none at the end.
-fn next_rows(path: &Path, reader: &mut Reader<&[u8]>, header: &Header) -> Result<Vec<Numbered>> {
+fn next_rows(
+    path: &Path,
+    table: &Delimited,
+    reader: &mut Reader<&[u8]>,
+    header: &Header,
+) -> Result<Vec<Numbered>> {
     let mut rows = Vec::new();
     let mut record = ByteRecord::new();
     while rows.len() < BATCH {
@@ -161,7 +204,17 @@ fn next_rows(path: &Path, reader: &mut Reader<&[u8]>, header: &Header) -> Result
             Err(e) => return Err(Error::file(path, e)),
         }
         let line = record.position().map_or(0, ::csv::Position::line);
-        rows.push((line, header.row(&record)));
+        let breaks = |cell: &[u8]| cell.iter().filter(|b| **b == b'\n').count();
+        let more: usize = record.iter().map(breaks).sum();
+        let row = match more {
+            0 => Row::read(header, table, &record),
+            _ => Err(format!(
+                "goes on over {} lines; expected a row a line, its quotes closed",
+                more + 1
+            )),
+        };
+        let line = table.line(line);
+        rows.push(Numbered { line, more, row });
     }
     Ok(rows)
 }

@@ -2,6 +2,7 @@
 
 use super::{Rows, lines, tum};
 use crate::{
+    delimited::separator,
     error::{Error, Result},
     geometry::Pose,
     score::trajectory::Pose3,
@@ -38,12 +39,12 @@ struct Columns {
 }
 
 pub(super) fn read(path: &Path, text: &str) -> Result<Rows> {
-    let delimiter = delimiter(text);
+    let header = lines::content(text).next().map_or("", |(_, line)| line);
     let mut reader = ReaderBuilder::new()
         .flexible(true)
         .trim(Trim::All)
         .comment(Some(b'#'))
-        .delimiter(delimiter)
+        .delimiter(separator(header.as_bytes()))
         .from_reader(text.as_bytes());
     let unreadable = |e: ::csv::Error| Error::file(path, format!("is not CSV: {e}"));
     let headers = reader.headers().map_err(unreadable)?.clone();
@@ -82,16 +83,6 @@ fn most_radians(name: &str) -> f64 {
         true => MOST_RADIANS,
         false => MOST_WITHOUT_UNIT,
     }
-}
-
-/// What the header's names are separated by: whatever of comma, semicolon and tab it has most of.
-fn delimiter(text: &str) -> u8 {
-    let header = lines::content(text).next().map_or("", |(_, line)| line);
-    let count = |delimiter: u8| header.bytes().filter(|&b| b == delimiter).count();
-    let most = [b'\t', b';', b',']
-        .into_iter()
-        .max_by_key(|&delimiter| count(delimiter));
-    most.unwrap_or(b',')
 }
 
 impl Columns {
