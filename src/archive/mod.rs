@@ -11,7 +11,7 @@ use crate::{
 };
 use ndarray::{ArrayView, Dimension};
 use ndarray_npy::{WritableElement, WriteNpyExt};
-use npy::Element;
+use npy::{Element, Widened};
 use std::{
     fmt,
     io::{self, Cursor, Read},
@@ -76,6 +76,15 @@ impl<'a> Archive<'a> {
     pub fn read<T: Element>(&mut self, name: &str) -> Result<npy::Array<T>> {
         let bytes = self.unpack(name)?;
         npy::read(&bytes).map_err(|fault| self.wrong(name, fault))
+    }
+
+    /// Reads an array of one number type, or of another that it takes in.
+    ///
+    /// # Errors
+    /// As [`Archive::read`].
+    pub fn read_widened<T: Widened>(&mut self, name: &str) -> Result<npy::Array<T>> {
+        let bytes = self.unpack(name)?;
+        npy::read_widened(&bytes).map_err(|fault| self.wrong(name, fault))
     }
 
     /// The bytes of an array, for [`npy`] to look into.

@@ -26,7 +26,55 @@ macro_rules! element {
     )*};
 }
 
-element!(f32, "<f4"; f64, "<f8"; i64, "<i8"; u8, "|u1");
+element!(f32, "<f4"; f64, "<f8"; i64, "<i8"; i32, "<i4"; i16, "<i2"; u32, "<u4"; u16, "<u2"; u8, "|u1");
+
+/// A number type that takes in the numbers of other types: people's programs write whichever they have at hand.
+pub trait Widened: Element {
+    /// Reads an array of another type than its own, where this type takes it in.
+    fn of_other(descr: &str, bytes: &[u8]) -> Option<Result<Array<Self>, String>>;
+}
+
+macro_rules! widened {
+    ($($type:ty: $($other:ty),*;)*) => {$(
+        impl Widened for $type {
+            fn of_other(descr: &str, bytes: &[u8]) -> Option<Result<Array<Self>, String>> {
+                $(if descr == <$other>::DESCR {
+                    return Some(read::<$other>(bytes).map(|array| Array {
+                        shape: array.shape,
+                        data: array.data.into_iter().map(|number| number as $type).collect(),
+                    }));
+                })*
+                None
+            }
+        }
+    )*};
+}
+
+// Numbers of the wider float types round to the nearest, which no sensor's reading has digits enough to notice.
+widened! {
+    f32: f64, i64, i32, i16, u32, u16, u8;
+    f64: f32, i64, i32, i16, u32, u16, u8;
+    i64: i32, i16, u32, u16, u8;
+}
+
+/// Reads an array of one number type, or of another that it takes in.
+///
+/// # Errors
+/// As [`read`].
+///
+/// ```
+/// use ballmark::archive::npy::read_widened;
+/// let mut array = b"\x93NUMPY\x01\x00\x46\x00{'descr': '<i4', 'fortran_order': False, 'shape': (1,), }             \n".to_vec();
+/// array.extend(7i32.to_le_bytes());
+/// assert_eq!(read_widened::<i64>(&array)?.data, [7]);
+/// # Ok::<(), String>(())
+/// ```
+pub fn read_widened<T: Widened>(bytes: &[u8]) -> Result<Array<T>, String> {
+    match T::of_other(number_type(bytes)?, bytes) {
+        Some(array) => array,
+        None => read(bytes),
+    }
+}
 
 /// An array in row order.
 #[derive(Debug, PartialEq)]

@@ -3,6 +3,7 @@
 use super::{Outcome, print, warn};
 use crate::{
     error::{Error, Result},
+    geometry::Pose,
     recording::{
         Recording,
         declared::Bearings,
@@ -11,8 +12,10 @@ use crate::{
         imported_log::ImportedLog,
         log_options::{GAP_M, LogOptions},
         npz,
+        posed::{Track, with_poses},
         selection::Selection,
     },
+    score::trajectory::{self, Pose3},
     storage,
 };
 use clap::builder::PossibleValuesParser;
@@ -21,7 +24,7 @@ use serde_json::{Value, json};
 use std::{
     collections::BTreeMap,
     fmt::{Display, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
     str::FromStr,
 };
 
@@ -47,6 +50,19 @@ pub struct Arguments {
     /// Reading in metres from which on there was no return, instead of the log's own; for all channels in metres.
     #[arg(long, value_name = "METRES")]
     max_range: Option<f64>,
+
+    /// Poses to label the snapshots with, in place of the logs' own: TUM, KITTI, CSV or a g2o or TORO graph, as SLAM writes them.
+    /// Without times: one a snapshot, in their order.
+    #[arg(long, value_name = "FILE")]
+    poses: Option<PathBuf>,
+
+    /// Times of poses that have none (KITTI): one a line, in seconds.
+    #[arg(long, value_name = "FILE")]
+    pose_times: Option<PathBuf>,
+
+    /// Farthest in time that a pose may be from a snapshot (0.5); between two poses it is taken in proportion.
+    #[arg(long, value_name = "SECONDS")]
+    pose_tolerance: Option<f64>,
 
     /// Sensors to take, of several: columns of a table by name, channels (NAME) or values (NAME.NUMBER) of other logs; `*` stands for any letters.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
@@ -77,6 +93,9 @@ pub struct Arguments {
     json: bool,
 }
 
+/// Poses may be so far in time from a snapshot where nothing is said, in seconds.
+const TOLERANCE_S: f64 = 0.5;
+
 const HELP: &str = "\
 CARMEN: one snapshot a FLASER, ROBOTLASER1 or RAWLASER1 line (channel `laser`; RLASER is `rear_laser`, SONAR is `sonar`); \
 without those, one an RLASER or SONAR line. Readings without a return become NaN from the log's own maximum on, which is \
@@ -90,6 +109,9 @@ sonar.3[cm @ 67.5 + 0.2m]; `laser`, `rear_laser`, `sonar`, `infrared` and names 
 semicolons or tabs; UTF-16 and decimal commas are read. \
 A column `frame` (or `image`) of file names, relative to the table, brings a PNG or JPEG picture a row: channel `camera`, \
 the 140 values of Thrun (1998, 5.1.3) of the picture subsampled to 60 x 64 pixels.
+
+--poses: a snapshot takes the pose between the two around its stamp; those before the first and after the last are passed over, \
+those in a gap of the poses are dropped. The logs' own poses become odometry where they have no other.
 
 Exit status: 0 done (odd time stamps and messages passed over are warnings), 1 failed, 2 wrong call, 3 done but damaged lines \
 (or lines whose picture is missing or broken) were dropped, each counted and the first ones named.
@@ -123,7 +145,24 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         },
     };
     storage::check_target(&arguments.output)?; // a wrong name fails now, not after the reading
-    let log = import::read(&arguments.log, &options)?;
+    if let Some(s) = arguments
+        .pose_tolerance
+        .filter(|s| !(s.is_finite() && *s >= 0.0))
+    {
+        return Err(Error::usage(format!(
+            "--pose-tolerance {s}: expected seconds from 0"
+        )));
+    }
+    let of_poses = arguments.pose_times.is_some() || arguments.pose_tolerance.is_some();
+    if arguments.poses.is_none() && of_poses {
+        return Err(Error::usage(
+            "--pose-times, --pose-tolerance: expected `--poses` with them",
+        ));
+    }
+    let mut log = import::read(&arguments.log, &options)?;
+    if let Some(poses) = &arguments.poses {
+        log = labelled(log, poses, &arguments)?;
+    }
     let named = |e: Error| {
         if e.is_io() {
             e
@@ -156,6 +195,23 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     } else {
         Outcome::Done
     })
+}
+
+/// The log with the poses of a file as labels.
+fn labelled(log: ImportedLog, poses: &Path, arguments: &Arguments) -> Result<ImportedLog> {
+    let mut trajectory = trajectory::read(poses, None)?;
+    if let Some(times) = &arguments.pose_times {
+        trajectory = trajectory.with_stamps(trajectory::read_times(times)?)?;
+    }
+    let pose: Vec<Pose> = trajectory.poses().iter().map(Pose3::to_plane).collect();
+    let track = Track {
+        name: trajectory.name(),
+        stamp_s: trajectory.stamps(),
+        pose: &pose,
+        tolerance_s: arguments.pose_tolerance.unwrap_or(TOLERANCE_S),
+        gap_m: arguments.gap,
+    };
+    with_poses(log, &track)
 }
 
 /// `NAME=VALUE`

@@ -2,6 +2,7 @@
 
 mod adapt;
 mod compare;
+mod completions;
 mod config;
 mod dataset;
 mod demo;
@@ -16,11 +17,12 @@ mod progress;
 mod reproduce;
 mod score;
 mod simulate;
+mod terminal;
 mod train;
 mod trajectory;
 
 use crate::error::{Error, Result};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::{
     io::{self, Write},
     process::ExitCode,
@@ -34,6 +36,8 @@ use std::{
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    terminal: terminal::Options,
 }
 
 /// One file a command.
@@ -53,6 +57,8 @@ enum Command {
     Trajectory(trajectory::Arguments),
     Reproduce(reproduce::Arguments),
     Lifelong(lifelong::Arguments),
+    Completions(completions::Completions),
+    Man(completions::Man),
 }
 
 /// How a command ended when it did not fail.
@@ -68,7 +74,12 @@ pub enum Outcome {
 /// failed, 2 the call is wrong, 3 done but something in the input was lost.
 pub fn run() -> ExitCode {
     ignore_file_size_signal();
-    let arguments = Arguments::parse(); // clap itself exits with 2 on a wrong call
+    let color = terminal::color_of(std::env::args_os().map(|a| a.to_string_lossy().into_owned()));
+    let command = || Arguments::command().color(color);
+    // clap itself exits with 2 on a wrong call
+    let arguments = Arguments::from_arg_matches(&command().get_matches());
+    let arguments = arguments.unwrap_or_else(|e| e.exit());
+    terminal::choose(arguments.terminal);
     let result: Result<Outcome> = match arguments.command {
         Command::Demo(arguments) => demo::run(arguments),
         Command::Import(arguments) => import::run(arguments),
@@ -84,6 +95,8 @@ pub fn run() -> ExitCode {
         Command::Trajectory(arguments) => trajectory::run(arguments),
         Command::Reproduce(arguments) => reproduce::run(arguments),
         Command::Lifelong(arguments) => lifelong::run(arguments),
+        Command::Completions(arguments) => completions::completions(&arguments, command()),
+        Command::Man(arguments) => completions::man(&arguments, command()),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
@@ -107,9 +120,12 @@ fn ignore_file_size_signal() {
     }
 }
 
-/// A line on standard error; that it can't be written is no error.
+/// A line on standard error, but for notes where none are wanted; that it can't be written is no error.
 pub(crate) fn warn(line: &str) {
-    let _ = writeln!(io::stderr(), "{line}");
+    if terminal::is_quiet() && line.starts_with("note: ") {
+        return;
+    }
+    let _ = writeln!(io::stderr(), "{}", terminal::painted(line));
 }
 
 /// A result, on standard output. That the reader has seen enough (`ballmark … | head -1`) is no fault: files are still

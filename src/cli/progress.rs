@@ -1,6 +1,6 @@
 //! Progress on standard error: a bar with the time left on a terminal, now and then a line elsewhere.
 
-use super::warn;
+use super::{terminal, warn};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, stderr};
 
@@ -21,7 +21,8 @@ pub struct Progress {
 impl Progress {
     /// Before the first of `steps` steps.
     pub fn new(name: &str, steps: usize) -> Self {
-        let bar = stderr().is_terminal().then(|| {
+        let shown = stderr().is_terminal() && !terminal::is_quiet();
+        let bar = shown.then(|| {
             let bar = ProgressBar::new(steps as u64);
             let style = ProgressStyle::with_template(TEMPLATE);
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
@@ -57,6 +58,7 @@ impl Progress {
                     bar.set_message(message.to_string());
                 }
             }
+            None if terminal::is_quiet() => {}
             None => {
                 let tenths = step * 10 / self.steps.max(1);
                 if tenths > self.tenths {

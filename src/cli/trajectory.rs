@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 /// Judge a trajectory: how far is an estimate from a reference?
 ///
-/// Reads poses as TUM (`stamp x y z qx qy qz qw`), KITTI (three rows of four, no stamps) or CSV, guessed from the content. Poses
+/// Reads poses as TUM (`stamp x y z qx qy qz qw`), KITTI (three rows of four, no stamps), CSV or the vertices of a g2o or TORO graph, guessed from the content. Poses
 /// are paired by time; absolute and relative pose errors (APE, RPE) equal those of `evo`. Fewer than 90 % of REF matched is a failure.
 ///
 /// With the estimates before correction (`--prior`) also the prediction-correction metric of Ruiz-Mayor et al. (2006): what the

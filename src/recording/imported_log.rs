@@ -23,6 +23,8 @@ pub enum OdometrySource {
     Restarted,
     /// The ODOM line before each scan, in a track of its own.
     Track,
+    /// The poses that the log states, in whose place others came.
+    Replaced,
     /// There is none, or the poses are it: odometry repeats the poses.
     Poses,
 }
@@ -34,6 +36,7 @@ impl OdometrySource {
             OdometrySource::Stated => "stated beside each pose",
             OdometrySource::Restarted => "raw, recovered from the ODOM lines between scans",
             OdometrySource::Track => "the ODOM line before each scan",
+            OdometrySource::Replaced => "the log's own poses",
             OdometrySource::Poses => "none besides the poses: it repeats them",
         }
     }

@@ -314,13 +314,23 @@ fn damaged_datasets_name_the_array() {
     place
         .ballmark(&["import", "good.npz", "-o", "e.npz"])
         .done();
+    // Other programs' number types are taken in, and odometry may be missing.
+    let mut other = good();
+    other.retain(|(name, _)| !["odometry", "light", "run"].contains(name));
+    other.push(("light", f8("(1, 2)", &[0.5, 1.5])));
+    other.push(("run", npy("<i4", "(1,)", &[7, 0, 0, 0])));
+    place.write("other.npz", zip(&other));
+    let answer = place.ballmark(&["import", "other.npz", "-o", "e.npz"]);
+    answer.done();
+    let taken = ballmark::recording::npz::read(&place.path("e.npz")).unwrap();
+    assert_eq!((taken.values()[[0, 1]], taken.columns().run[0]), (1.5, 7));
     for (array, replacement, parts) in [
         ("stamp", None, &["array `stamp`", "missing"][..]),
         ("light", None, &["array `light`", "missing"]),
         (
             "light",
-            Some(f8("(1, 2)", &[0.0; 2])),
-            &["array `light`", "`<f8`; expected `<f4`"],
+            Some(npy("<c8", "(1, 2)", &[0; 16])),
+            &["array `light`", "`<c8`; expected `<f4`"],
         ),
         (
             "light",

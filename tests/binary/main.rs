@@ -14,6 +14,7 @@ mod given_map;
 mod help;
 mod import;
 mod import_frames;
+mod import_tables;
 mod lifelong;
 mod limits;
 mod localise;

@@ -330,7 +330,7 @@ fn a_drive_that_fails_is_told_with_its_run_and_nothing_is_written() {
         ),
         (
             swap("[[1, 2], [9, 2]]", "[[1, 12], [9, 12]]"),
-            &["run 0", "gets out near"],
+            &["run 0", "starts outside of the walls"],
         ),
     ] {
         let (place, answer) = simulate(&world, &["--plan", "plan.svg"]);

@@ -12,7 +12,7 @@ fn damaged_files_are_refused_in_one_line() {
     let far = format!("0 {} 0 0 0 0 0 1\n", "1".repeat(100_000));
     let long = format!("0 0 0 0 0 0 0 1\n{}\n", "7 ".repeat(200_000));
     let bad: [(&[u8], &[&str]); 26] = [
-        (b"", &["is empty", "TUM, KITTI or CSV"]),
+        (b"", &["is empty", "TUM, KITTI, CSV or g2o"]),
         (b"# stamp x y z\n\n", &["is empty"]),
         (
             b"0 0 0 0 0 0 0 1\n1 0 0 0 0 0 1\n",

@@ -6,7 +6,6 @@
 pub mod carmen;
 pub mod csv;
 mod dataset;
-mod gaps;
 
 use super::{Recording, declared, imported_log::ImportedLog, log_options::LogOptions, oddities};
 use crate::error::{Error, Result};
@@ -162,11 +161,23 @@ fn looks_like(bytes: &[u8]) -> &'static str {
         .unwrap_or_default()
         .split(|b| b.is_ascii_whitespace())
         .filter(|w| !w.is_empty())
-        .take(9)
+        .take(13)
         .collect();
     let numeric = |w: &&[u8]| std::str::from_utf8(w).is_ok_and(|w| w.parse::<f64>().is_ok());
-    if words.len() == 8 && words.iter().all(numeric) {
-        return "poses in TUM format, which can't be read yet";
+    let kind = words.first().copied().unwrap_or_default();
+    match words.len() {
+        8 if words.iter().all(numeric) => {
+            "poses in TUM format without scans, which `--poses` joins to a log"
+        }
+        12 if words.iter().all(numeric) => {
+            "poses in KITTI format without scans, which `--poses` joins to a log"
+        }
+        _ if [&b"VERTEX"[..], b"EDGE"]
+            .iter()
+            .any(|start| kind.starts_with(start)) =>
+        {
+            "a pose graph without scans, whose vertices `--poses` joins to a log"
+        }
+        _ => "not a log that is known here",
     }
-    "not a log that is known here"
 }

@@ -4,13 +4,14 @@
 //! |---|---|---|
 //! | `stamp` | f64 `[K]` | seconds |
 //! | `pose` | f64 `[K, 3]` | the label: x, y in metres, heading in radians |
-//! | `odometry` | f64 `[K, 3]` | raw dead-reckoned pose, cumulative |
+//! | `odometry` | f64 `[K, 3]` | optional: raw dead-reckoned pose, cumulative; without it the poses are repeated |
 //! | `run` | i64 `[K]` | run number |
 //! | `compass`, `route` | f64 `[K]` | optional: heading in radians, metres along a route |
 //! | each channel | f32 `[K, D]` | NaN = no return |
 //! | `meta` | u8 | UTF-8 JSON: `{"channels": {NAME: {"unit", "bearing_rad", "maximum"}}, "source", "sha256"}` |
 //!
-//! Written compressed, with the same bytes for the same recording. Read plain or compressed; arrays that `meta` doesn't name are
+//! Written compressed, with the same bytes for the same recording. Read plain or compressed, numbers of other types where they are
+//! taken in without loss of a reading (`f64` channels, `i32` runs); arrays that `meta` doesn't name are
 //! passed over.
 
 mod meta;
@@ -19,7 +20,7 @@ use super::{Channel, Columns, Recording};
 use crate::{
     archive::{
         self, Archive, Writer,
-        npy::{Element, Shape},
+        npy::{Shape, Widened},
     },
     error::{Error, Result},
     geometry::Pose,
@@ -78,7 +79,10 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
     let stamp_s = dataset.column::<f64>("stamp", None)?;
     let k = stamp_s.len();
     let pose = dataset.poses("pose", k)?;
-    let odometry = dataset.poses("odometry", k)?;
+    let odometry = match dataset.0.has("odometry") {
+        true => dataset.poses("odometry", k)?,
+        false => pose.clone(),
+    };
     let run = dataset.column::<i64>("run", Some(k))?;
     let mut optional = |name: &str| match dataset.0.has(name) {
         true => dataset.column::<f64>(name, Some(k)).map(Some),
@@ -95,7 +99,7 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
                 format!("a channel named `{name}`; expected a name that no other array has"),
             ));
         }
-        let block = dataset.0.read::<f32>(&name)?;
+        let block = dataset.0.read_widened::<f32>(&name)?;
         let &[rows, width] = block.shape.as_slice() else {
             return Err(wrong(
                 &name,
@@ -114,6 +118,15 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
                 ),
             ));
         }
+        if let Some(maximum) = described.maximum.filter(|m| !(m.is_finite() && *m > 0.0)) {
+            return Err(wrong(
+                "meta",
+                format!(
+                    "`maximum` of channel `{}` is {maximum}; expected more than 0, or null for none",
+                    name.escape_debug()
+                ),
+            ));
+        }
         channels.push(Channel {
             name,
             width,
@@ -123,6 +136,10 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
             offset_m: described.offset_m,
         });
         blocks.push(block.data);
+    }
+    if k == 0 {
+        // Widths of no rows are bounded by nothing.
+        return Err(wrong("pose", "no snapshot; expected at least one".into()));
     }
     let mut values = Array2::from_elem((k, channels.iter().map(|c| c.width).sum()), f32::NAN);
     let mut first = 0;
@@ -209,8 +226,8 @@ fn pose_array(poses: &[Pose]) -> Array2<f64> {
 struct Dataset<'a>(Archive<'a>);
 
 impl Dataset<'_> {
-    fn column<T: Element>(&mut self, name: &str, k: Option<usize>) -> Result<Vec<T>> {
-        let array = self.0.read::<T>(name)?;
+    fn column<T: Widened>(&mut self, name: &str, k: Option<usize>) -> Result<Vec<T>> {
+        let array = self.0.read_widened::<T>(name)?;
         match (array.shape.as_slice(), k) {
             (&[_], None) => Ok(array.data),
             (&[n], Some(k)) if n == k => Ok(array.data),
@@ -226,7 +243,7 @@ impl Dataset<'_> {
     }
 
     fn poses(&mut self, name: &str, k: usize) -> Result<Vec<Pose>> {
-        let array = self.0.read::<f64>(name)?;
+        let array = self.0.read_widened::<f64>(name)?;
         if array.shape != [k, 3] {
             return Err(self.0.wrong(
                 name,

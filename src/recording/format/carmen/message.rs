@@ -6,7 +6,7 @@
 //! SONAR n r1..rn [x y θ odom_x odom_y odom_θ] time host time
 //! ROBOTLASER1 type start fov step max accuracy remission n r1..rn m e1..em laser(x y θ) robot(x y θ) 5 numbers time host time
 //! RAWLASER1 type start fov step max accuracy remission n r1..rn m e1..em time host time
-//! VERTEX2 id x y θ
+//! VERTEX2 id x y θ                     (g2o: VERTEX_SE2)
 //! ```
 //!
 //! Metres and radians. `time` is the message's own, the second one the logger's.
@@ -46,7 +46,7 @@ pub(super) fn parse(line: &[u8]) -> Result<Option<Message>, String> {
             let stamp_s = fields.stamp()?;
             Message::Odometry { pose, stamp_s }
         }
-        b"VERTEX2" => {
+        b"VERTEX2" | b"VERTEX_SE2" => {
             fields.numbers(1)?;
             Message::Vertex(fields.pose()?)
         }
@@ -63,7 +63,7 @@ pub(super) fn parse(line: &[u8]) -> Result<Option<Message>, String> {
 
 /// Do these bytes start a message that CARMEN logs and pose graphs are made of?
 pub(super) fn is_known(kind: &[u8]) -> bool {
-    const KNOWN: [&[u8]; 15] = [
+    const KNOWN: [&[u8]; 16] = [
         b"PARAM",
         b"SYNC",
         b"ODOM",
@@ -73,6 +73,7 @@ pub(super) fn is_known(kind: &[u8]) -> bool {
         b"NEFF",
         b"TRUEPOS",
         b"VERTEX2",
+        b"VERTEX_SE2",
         b"EDGE2",
         b"BUMPER",
         b"SCANMARK",

@@ -17,12 +17,11 @@
 mod message;
 mod odometry;
 
-use super::gaps;
 use crate::{
     error::{Error, Result},
     geometry::Pose,
     recording::{
-        Channel, Columns, Recording, import_report::ImportReport, imported_log::ImportedLog,
+        Channel, Columns, Recording, gaps, import_report::ImportReport, imported_log::ImportedLog,
         log_options::LogOptions, ranges,
     },
 };
@@ -81,7 +80,15 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
     let mut account = ImportReport::default();
     let events = parse(bytes, &mut account);
     let leader = leader(&events).ok_or_else(|| {
-        Error::file(path, "no scan that can be read; expected FLASER, RLASER, SONAR, ROBOTLASER1 or RAWLASER1 lines")
+        let is_vertex = |kind: &String| kind.starts_with("VERTEX");
+        let what = match account.used_counts().keys().any(is_vertex) {
+            true => "a pose graph without scans, whose vertices `--poses` joins to a log",
+            false => "no scan that can be read",
+        };
+        Error::file(
+            path,
+            format!("{what}; expected FLASER, RLASER, SONAR, ROBOTLASER1 or RAWLASER1 lines"),
+        )
     })?;
     let widths = usual_widths(&events);
     let mut steps = Vec::new();
@@ -254,7 +261,7 @@ fn parse(bytes: &[u8], account: &mut ImportReport) -> Vec<Event> {
             Err(fault) => account.lost(format!("line {number}: {fault}")),
             Ok(None) => account.passed_over(&shown(kind)),
             Ok(Some(Message::Vertex(pose))) => {
-                account.used("VERTEX2");
+                account.used(&shown(kind));
                 vertex = Some(pose);
             }
             Ok(Some(Message::Odometry { pose, stamp_s })) => {

@@ -47,7 +47,15 @@ impl Header {
         names_files: impl Fn(usize) -> bool,
     ) -> std::result::Result<Self, Fault> {
         let mut at: HashMap<&str, usize> = HashMap::new();
+        let mut notes = Vec::new();
         for (column, name) in names.iter().enumerate() {
+            if name.is_empty() && column == 0 {
+                notes.push(
+                    "the first column has no name, like one of row numbers: it is passed over"
+                        .into(),
+                );
+                continue;
+            }
             if name.is_empty() {
                 return Err(
                     format!("column {} has no name; expected one for each", column + 1).into(),
@@ -93,7 +101,8 @@ impl Header {
         used.extend(odometry.iter().flatten());
         used.extend([run, route, compass, frame].iter().flatten());
         let sensors = names.iter().map(String::as_str).enumerate();
-        let sensors: Vec<(usize, &str)> = sensors.filter(|(i, _)| !used.contains(i)).collect();
+        let is_sensor = |(i, name): &(usize, &str)| !used.contains(i) && !name.is_empty();
+        let sensors: Vec<(usize, &str)> = sensors.filter(is_sensor).collect();
         let going_by = |(_, name): &(usize, &'_ str)| -> Vec<String> {
             let mut all = vec![name.to_string()];
             let (bare, stem) = channels::bare_and_stem(name);
@@ -111,6 +120,7 @@ impl Header {
             .filter(|(_, names)| selection.keeps(names));
         let kept: Vec<(usize, &str)> = kept.map(|(sensor, _)| *sensor).collect();
         let mut found = channels::channels(&kept, selection.is_part())?;
+        notes.append(&mut found.notes);
         found.channels.extend(frame.map(|_| image::channel()));
         if found.channels.is_empty() {
             let fault = match sensors.is_empty() {
@@ -134,7 +144,7 @@ impl Header {
             frame,
             channels: found.channels,
             values: found.values,
-            notes: found.notes,
+            notes,
         })
     }
 }

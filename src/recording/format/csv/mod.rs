@@ -27,12 +27,11 @@ mod frames;
 mod header;
 mod row;
 
-use super::gaps;
 use crate::{
     delimited::Delimited,
     error::{Error, Result},
     recording::{
-        Columns, Recording,
+        Columns, Recording, gaps,
         import_report::ImportReport,
         imported_log::{ImportedLog, OdometrySource},
         log_options::LogOptions,
@@ -58,9 +57,12 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
         let mut letters = name.chars().filter(|c| !c.is_ascii_digit());
         letters.any(char::is_alphabetic) && !name.chars().any(char::is_control)
     };
-    names.len() > 1
-        && names.iter().all(|name| is_name(name) || name.is_empty())
-        && names.iter().any(is_name)
+    // Row numbers have a column without a name.
+    let sensors = match names.split_first() {
+        Some((first, rest)) if first.is_empty() => rest,
+        _ => &names,
+    };
+    sensors.len() > 1 && sensors.iter().all(is_name)
 }
 
 /// Reads an unpacked table. `path` is for messages only.

@@ -27,11 +27,11 @@ pub(super) fn text<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str> {
         format!("line {line}")
     };
     let text = std::str::from_utf8(bytes).map_err(|e| {
-        let fault = "is not UTF-8; expected poses as text: TUM, KITTI or CSV";
+        let fault = "is not UTF-8; expected poses as text: TUM, KITTI, CSV or g2o";
         Error::input(path, at(e.valid_up_to()), fault)
     })?;
     if let Some(end) = bytes.iter().position(|&b| b == 0) {
-        let fault = "holds a zero byte; expected poses as text: TUM, KITTI or CSV";
+        let fault = "holds a zero byte; expected poses as text: TUM, KITTI, CSV or g2o";
         return Err(Error::input(path, at(end), fault));
     }
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))

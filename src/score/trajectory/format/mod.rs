@@ -1,6 +1,7 @@
-//! Files of poses: TUM, KITTI and CSV, guessed from their content; and TUM and CSV to write.
+//! Files of poses: TUM, KITTI, CSV and pose graphs, guessed from their content; and TUM and CSV to write.
 
 mod csv;
+mod graph;
 mod kitti;
 mod lines;
 mod tum;
@@ -24,6 +25,8 @@ pub use write::{OutputFormat, write};
 /// - CSV: a header with `x_m`, `y_m` (or `x`, `y`), optional `z_m`; for the time `time_s` (or `stamp`), which may be missing; for the
 ///   orientation `heading_rad` or `heading_deg` (or `yaw_…`), or `qx`, `qy`, `qz`, `qw`, which then count. Separated by
 ///   commas, semicolons or tabs. Other columns are passed over.
+/// - g2o: `VERTEX_SE2 id x y theta`, `VERTEX2` (TORO) or `VERTEX_SE3:QUAT id x y z qx qy qz qw` lines, in the order of their numbers; no
+///   time stamps. Edges are passed over.
 ///
 /// ```
 /// use ballmark::score::trajectory::Format;
@@ -42,6 +45,8 @@ pub enum Format {
     Kitti,
     /// A table with a header.
     Csv,
+    /// A pose graph of g2o or TORO.
+    Graph,
 }
 
 /// What a format's reader gives: a place to name for each pose, stamps where there are, poses.
@@ -53,7 +58,7 @@ struct Rows {
 
 impl Format {
     /// What `--format` calls them.
-    pub const NAMES: [&'static str; 3] = ["tum", "kitti", "csv"];
+    pub const NAMES: [&'static str; 4] = ["tum", "kitti", "csv", "g2o"];
 
     /// The format that some content is of, by its first line that is no comment: two words or more separated by commas,
     /// semicolons or tabs, the first of them no number, are the header of a table; eight numbers TUM, twelve KITTI.
@@ -65,7 +70,7 @@ impl Format {
         let Some((number, line)) = lines::content(text).next() else {
             return Err(Error::file(
                 path,
-                "is empty; expected poses as TUM, KITTI or CSV",
+                "is empty; expected poses as TUM, KITTI, CSV or g2o",
             ));
         };
         let is_header = line.contains([',', ';', '\t'])
@@ -74,6 +79,9 @@ impl Format {
                 .all(|name| name.trim().parse::<f64>().is_err());
         if is_header {
             return Ok(Self::Csv);
+        }
+        if graph::is_of_graph(line) {
+            return Ok(Self::Graph);
         }
         let count = line.split_ascii_whitespace().take(1000).count();
         match count {
@@ -86,7 +94,7 @@ impl Format {
                     path,
                     format!("line {number}"),
                     format!(
-                        "{count} {plural}, `{shown}`; expected 8 numbers (TUM), 12 (KITTI) or the header of a CSV table"
+                        "{count} {plural}, `{shown}`; expected 8 numbers (TUM), 12 (KITTI), the header of a CSV table or the vertices of a graph"
                     ),
                 ))
             }
@@ -105,6 +113,7 @@ impl Format {
             Self::Tum => tum::read(path, text),
             Self::Kitti => kitti::read(path, text),
             Self::Csv => csv::read(path, text),
+            Self::Graph => graph::read(path, text),
         }?;
         if rows.pose.is_empty() {
             return Err(Error::file(path, "holds no pose; expected at least one"));
@@ -127,6 +136,7 @@ impl FromStr for Format {
             "tum" => Ok(Self::Tum),
             "kitti" => Ok(Self::Kitti),
             "csv" => Ok(Self::Csv),
+            "g2o" => Ok(Self::Graph),
             _ => Err(Error::usage(format!(
                 "format `{}`: expected one of {}",
                 name.escape_debug(),
@@ -142,6 +152,7 @@ impl fmt::Display for Format {
             Self::Tum => "tum",
             Self::Kitti => "kitti",
             Self::Csv => "csv",
+            Self::Graph => "g2o",
         })
     }
 }

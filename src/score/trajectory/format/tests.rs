@@ -16,6 +16,8 @@ fn content_tells_its_format() {
         ("1 0 0 5 0 1 0 6 0 0 1 7\n", Format::Kitti),
         ("\u{feff}stamp,x,y,yaw\n", Format::Csv),
         ("x_m;y_m;heading_deg\n", Format::Csv),
+        ("VERTEX_SE2 0 1 2 0.5\n", Format::Graph),
+        ("PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1\n", Format::Graph),
     ] {
         assert_eq!(format_of(text).unwrap(), format, "{text}");
     }
@@ -52,6 +54,32 @@ fn one_walk_reads_alike_in_every_format() {
             assert!((pose.rotation - expected.rotation).norm() < 1e-15, "{text}");
         }
         assert_eq!(read.stamps().is_some(), format == Format::Csv);
+    }
+}
+
+#[test]
+fn a_graph_s_vertices_come_in_the_order_of_their_numbers() {
+    let text = "VERTEX_SE2 7 1 2 0.5\nEDGE_SE2 0 7 1 0 0 1 0 0 1 0 1\nVERTEX2 0 3 4 -0.5\n\
+                VERTEX_SE3:QUAT 9 5 6 7 0 0 0 1\nROBOTLASER1 0 1 2\nFIX 0\n";
+    let graph = read(Format::Graph, text).unwrap();
+    let places: Vec<f64> = graph.poses().iter().map(|p| p.position_m.x).collect();
+    assert_eq!((places, graph.stamps()), (vec![3.0, 1.0, 5.0], None));
+    assert!((graph.poses()[1].to_plane().heading_rad - 0.5).abs() < 1e-12);
+    for (text, part) in [
+        ("EDGE_SE2 0 1 1 0 0\n", "holds no pose"),
+        ("VERTEX_SE2 0 1 2\n", "line 1: 3 "),
+        (
+            "VERTEX_SE2 0.5 1 2 0\n",
+            "vertex 0.5; expected a whole number",
+        ),
+        (
+            "VERTEX_SE2 3 1 2 0\nFIX 3\nVERTEX2 3 1 2 0\n",
+            "line 3: vertex 3 twice, first in line 1",
+        ),
+        ("VERTEX_SE2 0 1 x 0\n", "line 1"),
+    ] {
+        let error = read(Format::Graph, text).unwrap_err().to_string();
+        assert!(error.contains(part), "{text}: {error}");
     }
 }
 
