@@ -2,7 +2,6 @@
 
 use super::{
     Outcome,
-    config::Experiment,
     dataset::{read, read_all, warn_of_other_sensors},
     print,
     progress::Progress,
@@ -10,7 +9,10 @@ use super::{
 };
 use crate::{
     error::{Error, Result},
-    experiment::adaptation::{AdaptConfig, adapt},
+    experiment::{
+        adaptation::{AdaptConfig, adapt},
+        configuration::Experiment,
+    },
     geometry::Pose,
     localiser::self_labels::KnownStart,
     model::{Memory, Model},

@@ -102,8 +102,8 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     );
     let json = || -> Result<serde_json::Value> {
         let seconds = started.elapsed().as_secs_f64();
-        let mut all = localise::json(&record, seconds)?;
-        all["among_people"] = localise::json(&crowded, seconds)?;
+        let mut all = tables::json(&record, seconds)?;
+        all["among_people"] = tables::json(&crowded, seconds)?;
         Ok(all)
     };
     print(&if arguments.json {

@@ -2,7 +2,6 @@
 
 use super::{
     Outcome,
-    config::Experiment,
     dataset::{read, warn_of_other_sensors},
     localise::write_text,
     print,
@@ -11,6 +10,7 @@ use crate::{
     belief::Uncertainty,
     detector::Detector,
     error::{Error, Result},
+    experiment::configuration::Experiment,
     model::{Model, ModelBank},
     recording::Recording,
     report::{Curve, Panel, Trace, scatter_plot, stacked_plot},

@@ -3,7 +3,7 @@
 use super::{Outcome, print, warn};
 use crate::{
     error::{Error, Result},
-    geometry::Pose,
+    experiment::labelled_log::{TOLERANCE_S, labelled},
     recording::{
         Recording,
         declared::Bearings,
@@ -12,10 +12,9 @@ use crate::{
         imported_log::ImportedLog,
         log_options::{GAP_M, LogOptions},
         npz,
-        posed::{Track, with_poses},
         selection::Selection,
     },
-    score::trajectory::{self, Pose3},
+    score::trajectory,
     storage,
 };
 use clap::builder::PossibleValuesParser;
@@ -93,9 +92,6 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Poses may be so far in time from a snapshot where nothing is said, in seconds.
-const TOLERANCE_S: f64 = 0.5;
-
 const HELP: &str = "\
 CARMEN: one snapshot a FLASER, ROBOTLASER1 or RAWLASER1 line (channel `laser`; RLASER is `rear_laser`, SONAR is `sonar`); \
 without those, one an RLASER or SONAR line. Readings without a return become NaN from the log's own maximum on, which is \
@@ -161,7 +157,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     }
     let mut log = import::read(&arguments.log, &options)?;
     if let Some(poses) = &arguments.poses {
-        log = labelled(log, poses, &arguments)?;
+        log = posed(log, poses, &arguments)?;
     }
     let named = |e: Error| {
         if e.is_io() {
@@ -198,20 +194,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
 }
 
 /// The log with the poses of a file as labels.
-fn labelled(log: ImportedLog, poses: &Path, arguments: &Arguments) -> Result<ImportedLog> {
+fn posed(log: ImportedLog, poses: &Path, arguments: &Arguments) -> Result<ImportedLog> {
     let mut trajectory = trajectory::read(poses, None)?;
     if let Some(times) = &arguments.pose_times {
         trajectory = trajectory.with_stamps(trajectory::read_times(times)?)?;
     }
-    let pose: Vec<Pose> = trajectory.poses().iter().map(Pose3::to_plane).collect();
-    let track = Track {
-        name: trajectory.name(),
-        stamp_s: trajectory.stamps(),
-        pose: &pose,
-        tolerance_s: arguments.pose_tolerance.unwrap_or(TOLERANCE_S),
-        gap_m: arguments.gap,
-    };
-    with_poses(log, &track)
+    let tolerance_s = arguments.pose_tolerance.unwrap_or(TOLERANCE_S);
+    labelled(log, &trajectory, tolerance_s, arguments.gap)
 }
 
 /// `NAME=VALUE`

@@ -1,12 +1,12 @@
 //! `ballmark lifelong`: days of a simulated corridor that changes, and robots that learn on in it.
 
-use super::{
-    Outcome, compare::make_writable, config::Experiment, localise::write_text, print,
-    progress::Progress,
-};
+use super::{Outcome, compare::make_writable, localise::write_text, print, progress::Progress};
 use crate::{
     error::{Error, Result},
-    experiment::lifelong::{self, LifelongRecord},
+    experiment::{
+        configuration::Experiment,
+        lifelong::{self, LifelongRecord},
+    },
     report::lifelong as tables,
 };
 use std::{

@@ -2,7 +2,6 @@
 
 use super::{
     Outcome,
-    config::Experiment,
     dataset::{read, read_all, warn_of_other_sensors},
     print,
     progress::Progress,
@@ -12,6 +11,7 @@ use crate::{
     belief::{Evidence, Places},
     error::{Error, Result},
     experiment::{
+        configuration::Experiment,
         localisation::{self, LocaliseConfig, Record},
         parts::{Parts, odometry_is_the_truth},
     },
@@ -168,7 +168,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         }
     }
     if arguments.json {
-        print(&format!("{}\n", json(&record, seconds)?))?;
+        print(&format!("{}\n", tables::json(&record, seconds)?))?;
     } else {
         let mut table = tables::table(&record);
         if let Some(degraded) = &record.degraded {
@@ -281,43 +281,4 @@ pub(super) fn write_config(
 
 pub(super) fn write_text(path: &Path, text: &str) -> Result<()> {
     storage::write_file(path, |out| out.write_all(text.as_bytes()))
-}
-
-/// Every method's figures in the array `systems`, each with its `name`; a single model's at the top as well. A
-/// method that could not be made has a `fault` instead of figures.
-pub(super) fn json(record: &Record, seconds: f64) -> Result<serde_json::Value> {
-    let failed = |e: serde_json::Error| Error::work(format!("result: {e}"));
-    let mut all = serde_json::json!({
-        "trials": record.trials,
-        "stretches": record.stretches,
-        "cells": record.cells,
-        "unseen": record.unseen,
-        "covered": record.covered,
-        "unseen_is_validation": record.unseen_is_validation,
-        "people": record.people,
-        "degraded": record.degraded,
-        "noise": record.noise,
-        "timing": {
-            "seconds": seconds,
-            "step_ms": record.timing.step_ms,
-            "prediction_ms": record.timing.prediction_ms,
-            "correction_ms": record.timing.correction_ms,
-        },
-        "paired_tests": record.paired_tests,
-    });
-    let mut systems = Vec::new();
-    for result in &record.results {
-        let figures = serde_json::to_value(result).map_err(failed)?;
-        if let (true, Some(fields)) = (result.name == "learned", figures.as_object()) {
-            for (key, field) in fields.iter().filter(|(key, _)| *key != "name") {
-                all[key] = field.clone();
-            }
-        }
-        systems.push(figures);
-    }
-    for absent in &record.left_out {
-        systems.push(serde_json::to_value(absent).map_err(failed)?);
-    }
-    all["systems"] = systems.into();
-    Ok(all)
 }

@@ -3,7 +3,6 @@
 mod adapt;
 mod compare;
 mod completions;
-mod config;
 mod dataset;
 mod demo;
 mod export;
@@ -24,6 +23,7 @@ mod trajectory;
 use crate::error::{Error, Result};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::{
+    ffi::OsString,
     io::{self, Write},
     process::ExitCode,
 };
@@ -73,12 +73,24 @@ pub enum Outcome {
 /// Runs the command that the arguments ask for; the exit status is the one users and scripts rely on: 0 done, 1 the work
 /// failed, 2 the call is wrong, 3 done but something in the input was lost.
 pub fn run() -> ExitCode {
+    ExitCode::from(run_with(std::env::args_os().collect()))
+}
+
+/// The same with the arguments of another program that carries the command, its name the first of them.
+pub fn run_with(arguments: Vec<OsString>) -> u8 {
     ignore_file_size_signal();
-    let color = terminal::color_of(std::env::args_os().map(|a| a.to_string_lossy().into_owned()));
+    let words = arguments.iter().map(|a| a.to_string_lossy().into_owned());
+    let color = terminal::color_of(words);
     let command = || Arguments::command().color(color);
-    // clap itself exits with 2 on a wrong call
-    let arguments = Arguments::from_arg_matches(&command().get_matches());
-    let arguments = arguments.unwrap_or_else(|e| e.exit());
+    let parsed = command().try_get_matches_from(arguments);
+    let parsed = parsed.and_then(|matches| Arguments::from_arg_matches(&matches));
+    let arguments = match parsed {
+        Ok(arguments) => arguments,
+        Err(e) => {
+            let _ = e.print(); // help goes to standard output, and to a wrong call the answer is the status
+            return u8::try_from(e.exit_code()).unwrap_or(2);
+        }
+    };
     terminal::choose(arguments.terminal);
     let result: Result<Outcome> = match arguments.command {
         Command::Demo(arguments) => demo::run(arguments),
@@ -99,11 +111,11 @@ pub fn run() -> ExitCode {
         Command::Man(arguments) => completions::man(&arguments, command()),
     };
     match result {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Lossy) => ExitCode::from(3),
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::Lossy) => 3,
         Err(error) => {
             warn(&format!("error: {error}"));
-            ExitCode::from(if error.is_usage() { 2 } else { 1 })
+            if error.is_usage() { 2 } else { 1 }
         }
     }
 }

@@ -1,8 +1,9 @@
 //! `ballmark pretrain`: networks that have seen thousands of simulated buildings, for `train` to begin with.
 
-use super::{Outcome, config::Experiment, interrupt::Interrupt, print, progress::Progress};
+use super::{Outcome, interrupt::Interrupt, print, progress::Progress};
 use crate::{
     error::Result,
+    experiment::configuration::Experiment,
     learning::{pretraining::pretrain, trainer::Directive},
     model::Model,
     report::{Cell, Table},

@@ -3,15 +3,12 @@
 mod bank;
 mod scores;
 
-use super::{
-    Outcome, config::Experiment, dataset::read_all, interrupt::Interrupt, print,
-    progress::Progress, warn,
-};
+use super::{Outcome, dataset::read_all, interrupt::Interrupt, print, progress::Progress, warn};
 use crate::{
     belief::Uncertainty,
     detector::device::{Device, DeviceChoice},
     error::{Error, Result},
-    experiment::robot_constants,
+    experiment::{configuration::Experiment, robot_constants},
     learning::{
         Recipe,
         recipe::{BeginWith, NamedRecipe},

@@ -3,12 +3,14 @@
 mod best_rival;
 mod confidence;
 mod correction;
+mod json;
 mod kidnapping;
 mod risk_plot;
 mod trial_figures;
 
 pub use confidence::{confidence, confidence_figures};
 pub use correction::{correction, correction_figures};
+pub use json::json;
 pub use kidnapping::{kidnapping, kidnapping_figures};
 pub use risk_plot::risk_coverage_plot;
 pub use trial_figures::{paired, risk_coverage};

@@ -204,6 +204,76 @@ impl Responses {
         Ok(rows)
     }
 
+    /// Responses of a program: one a row, with the location that each was given at, and where there are, its trial and the
+    /// metres travelled in it.
+    ///
+    /// # Errors
+    /// Where there is no row, columns differ in length, a label is empty, or a distance is not finite.
+    ///
+    /// ```
+    /// use ballmark::score::Responses;
+    /// let labels = |all: [&str; 3]| all.map(String::from).to_vec();
+    /// let responses = Responses::new(labels(["hall", "hall", "door"]), labels(["1", "1", "2"]), None, None)?;
+    /// assert_eq!(responses.len(), 3);
+    /// # Ok::<(), ballmark::Error>(())
+    /// ```
+    pub fn new(
+        location: Vec<String>,
+        response: Vec<String>,
+        trial: Option<Vec<String>>,
+        distance_m: Option<Vec<f64>>,
+    ) -> Result<Self> {
+        let rows = location.len();
+        if rows == 0 {
+            return Err(Error::usage("no rows; expected at least one"));
+        }
+        let lengths = [
+            ("response", Some(response.len())),
+            ("trial", trial.as_ref().map(Vec::len)),
+            ("distance_m", distance_m.as_ref().map(Vec::len)),
+        ];
+        for (name, length) in lengths {
+            if let Some(length) = length.filter(|length| *length != rows) {
+                return Err(Error::usage(format!(
+                    "`{name}`: {length} entries; expected {rows}, one a location"
+                )));
+            }
+        }
+        let labels = [
+            ("location", Some(&location)),
+            ("response", Some(&response)),
+            ("trial", trial.as_ref()),
+        ];
+        for (name, labels) in labels {
+            let empty = labels.and_then(|all| all.iter().position(|label| label.trim().is_empty()));
+            if let Some(k) = empty {
+                return Err(Error::usage(format!(
+                    "`{name}`: entry {k} is empty; expected a label, such as `none` for no answer"
+                )));
+            }
+        }
+        let far = distance_m.iter().flatten().position(|d| !d.is_finite());
+        if let Some(k) = far {
+            return Err(Error::usage(format!(
+                "`distance_m`: entry {k} is not finite; expected metres"
+            )));
+        }
+        let mut trials: HashMap<String, usize> = HashMap::new();
+        let trial = trial.map(|labels| {
+            let number = |label: String| {
+                let next = trials.len();
+                *trials.entry(label).or_insert(next)
+            };
+            labels.into_iter().map(number).collect()
+        });
+        Ok(Self {
+            location,
+            response,
+            trial,
+            distance_m: distance_m.map(|all| all.into_iter().map(|d| d + 0.0).collect()),
+        })
+    }
+
     /// Number of rows; never 0.
     #[allow(clippy::len_without_is_empty)]
     pub fn len(&self) -> usize {

@@ -1,8 +1,8 @@
-//! The configuration file of `train`, `localise` and `adapt`: one section for each, and one for the sensor that both are given.
+//! The configuration file of training, localising and adapting: one section for each, and one for the sensor that both are given.
 
+use super::{adaptation::AdaptConfig, lifelong::LifelongConfig, localisation::LocaliseConfig};
 use crate::{
     error::{Error, Result},
-    experiment::{adaptation::AdaptConfig, lifelong::LifelongConfig, localisation::LocaliseConfig},
     learning::{
         Recipe,
         pretraining::PretrainingConfig,
@@ -16,6 +16,16 @@ use std::path::Path;
 use toml::{Table, Value};
 
 /// An experiment: what is trained how, and how it is localised with. Every key has a default; an unknown one is an error.
+///
+/// ```
+/// # let folder = tempfile::tempdir().unwrap();
+/// # let path = folder.path().join("walk.toml");
+/// use ballmark::experiment::configuration::Experiment;
+/// std::fs::write(&path, "[train]\nfeatures = 8\n[localise]\ntrials = 20\n").unwrap();
+/// let experiment = Experiment::read(Some(&path), None)?;
+/// assert_eq!((experiment.train.features, experiment.localise.trials), (8, 20));
+/// # Ok::<(), ballmark::Error>(())
+/// ```
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Experiment {
