@@ -23,6 +23,8 @@ pub enum OdometrySource {
     Restarted,
     /// The ODOM line before each scan, in a track of its own.
     Track,
+    /// Odometry messages, interpolated between the two around each snapshot.
+    Interpolated,
     /// There is none, or the poses are it: odometry repeats the poses.
     Poses,
 }
@@ -34,6 +36,9 @@ impl OdometrySource {
             OdometrySource::Stated => "stated beside each pose",
             OdometrySource::Restarted => "raw, recovered from the ODOM lines between scans",
             OdometrySource::Track => "the ODOM line before each scan",
+            OdometrySource::Interpolated => {
+                "interpolated between the odometry messages around each scan"
+            }
             OdometrySource::Poses => "none besides the poses: it repeats them",
         }
     }

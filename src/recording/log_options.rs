@@ -14,4 +14,8 @@
 pub struct LogOptions {
     /// Reading in metres from which on there was no return, instead of the log's own, for all channels in metres.
     pub max_range_m: Option<f64>,
+    /// The topic whose poses are the labels, in logs of ROS, instead of [the usual ones](super::format::ros).
+    pub pose_topic: Option<String>,
+    /// The sensor topics to take, in logs of ROS, instead of all of them; a topic of odometry among them is the one taken.
+    pub topics: Option<Vec<String>>,
 }

@@ -8,7 +8,8 @@
 //!
 //! The place of a snapshot is the first pose of its line; for lines without one the `VERTEX2` line right before, else the last
 //! `ODOM` line. A `VERTEX2` right before a line that states another pose (by more than 1 cm or 0.01 rad) wins, and the line's
-//! pose is odometry: the graph was optimised after the line was written. Where odometry may come from: [`OdometrySource`].
+//! pose is odometry: the graph was optimised after the line was written. Where odometry may come from:
+//! [`OdometrySource`](crate::recording::imported_log::OdometrySource).
 //!
 //! A snapshot whose place is more than 5 m from the one before, without the odometry saying so, starts a new run: the log has
 //! a gap there. Stamps are kept as recorded, and the order of lines is the order of time, since clocks in real logs are
@@ -22,8 +23,9 @@ use crate::{
     geometry::Pose,
     recording::{
         Channel, Columns, Recording,
+        format::continuity::{Clocks, runs},
         import_report::ImportReport,
-        imported_log::{ImportedLog, OdometrySource},
+        imported_log::ImportedLog,
         log_options::LogOptions,
         ranges,
     },
@@ -43,8 +45,6 @@ const LEADERS: [(&str, &str); 5] = [
 ];
 /// How old readings of a further channel may be in any case, in seconds.
 const LATEST_S: f64 = 0.5;
-/// A step longer than this that odometry knows nothing of is a gap in the log.
-const GAP_M: f64 = 5.0;
 /// A vertex farther than this from the pose of its laser line was optimised since (metres, radians).
 const OPTIMISED: f64 = 0.01;
 
@@ -331,50 +331,4 @@ fn usual_widths(events: &[Event]) -> BTreeMap<&'static str, usize> {
         .iter()
         .map(|(kind, lines)| (*kind, usual(lines)))
         .collect()
-}
-
-/// The run of each snapshot: a new one at every gap.
-fn runs(
-    pose: &[Pose],
-    odometry: &[Pose],
-    source: OdometrySource,
-    account: &mut ImportReport,
-) -> Vec<i64> {
-    let mut run = 0;
-    let mut runs = vec![0; pose.len()];
-    for k in 1..pose.len() {
-        let step_m = pose[k].distance_m(&pose[k - 1]);
-        let known_m = match source {
-            OdometrySource::Poses => 0.0,
-            _ => odometry[k].distance_m(&odometry[k - 1]),
-        };
-        if step_m > GAP_M && known_m < step_m / 2.0 {
-            account.warning("gap of more than 5 m, where a new run begins");
-            run += 1;
-        }
-        runs[k] = run;
-    }
-    runs
-}
-
-/// The last stamp of each kind of message.
-#[derive(Default)]
-struct Clocks(BTreeMap<&'static str, f64>);
-
-impl Clocks {
-    fn check(&mut self, kind: &'static str, stamp_s: f64, account: &mut ImportReport) {
-        if stamp_s == 0.0 {
-            account.warning(&format!("{kind} stamped 0"));
-            return;
-        }
-        match self.0.insert(kind, stamp_s) {
-            Some(last) if stamp_s < last => {
-                account.warning(&format!("{kind} stamped before the one ahead of it"))
-            }
-            Some(last) if stamp_s == last => {
-                account.warning(&format!("{kind} stamped like the one ahead of it"))
-            }
-            _ => {}
-        }
-    }
 }
