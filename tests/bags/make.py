@@ -198,14 +198,14 @@ def write_rosbag2(path, storage, mode=None, page=None):
             database.execute("VACUUM")
 
 
-def write_mcap(path, compression, ros1=False, chunk_size=6000):
+def write_mcap(path, compression, ros1=False, part=slice(None)):
     store = STORE1 if ros1 else STORE2
     with open(path, "wb") as file:
-        size = chunk_size if SECONDS < 60 else 1 << 20
+        size = 6000 if SECONDS < 60 else 1 << 20
         writer = McapWriter(file, chunk_size=size, compression=compression, use_chunking=compression is not None, enable_data_crcs=compression is None)
         writer.start(profile="ros1" if ros1 else "ros2")
         channels, schemas = {}, {}
-        for number, (topic, kind, ns, message) in enumerate(messages(store, ros1)):
+        for number, (topic, kind, ns, message) in enumerate(messages(store, ros1)[part]):
             if kind not in schemas:
                 name = kind.replace("/msg/", "/") if ros1 else kind
                 text = store.generate_msgdef(kind)[0] if ros1 else ""
@@ -222,6 +222,18 @@ def write_mcap(path, compression, ros1=False, chunk_size=6000):
         writer.finish()
 
 
+def write_split(path):
+    """A bag that its recorder split in two, with the names of files as old recorders put them down."""
+    path.mkdir(exist_ok=True)
+    names = [f"{path.name}_{part}.mcap" for part in range(2)]
+    half = len(messages(STORE2, False)) // 2
+    write_mcap(path / names[0], CompressionType.ZSTD, part=slice(half))
+    write_mcap(path / names[1], CompressionType.ZSTD, part=slice(half, None))
+    lines = ["rosbag2_bagfile_information:", "  version: 3", "  storage_identifier: mcap", "  relative_file_paths:"]
+    lines += [f"    - {path.name}/{name}" for name in names]
+    (path / "metadata.yaml").write_text("\n".join(lines) + "\n")
+
+
 FOLDER.mkdir(exist_ok=True)
 write_rosbag1(FOLDER / "none.bag", None)
 write_rosbag1(FOLDER / "lz4.bag", Writer1.CompressionFormat.LZ4)
@@ -235,3 +247,4 @@ write_mcap(FOLDER / "lz4.mcap", CompressionType.LZ4)
 write_mcap(FOLDER / "zstd.mcap", CompressionType.ZSTD)
 write_mcap(FOLDER / "unchunked.mcap", None)
 write_mcap(FOLDER / "ros1.mcap", CompressionType.ZSTD, ros1=True)
+write_split(FOLDER / "split")

@@ -88,6 +88,21 @@ fn a_damaged_bag_is_read_as_far_as_it_goes() {
         .refused(1, &["metadata.yaml", "`plain.db3`", "isn't in the folder"]);
     fs::copy(file, place.path("walk/plain.db3")).unwrap();
     import(&place, "walk", &[]).done();
+    let metadata = fs::read_to_string(bag("plain/metadata.yaml")).unwrap();
+    place.write(
+        "walk/metadata.yaml",
+        metadata.replacen("\n  message_count: ", "\n  message_count: 9", 1),
+    );
+    let answer = import(&place, "walk", &[]);
+    assert_eq!(answer.status, 3, "{}", answer.stderr);
+    assert!(
+        answer.stderr.contains("messages in all files; expected 9"),
+        "{}",
+        answer.stderr
+    );
+    place.write("walk/metadata.yaml", "anything: [");
+    import(&place, "walk", &[])
+        .refused(1, &["metadata.yaml", "expected the metadata of a rosbag2"]);
     fs::remove_file(place.path("walk/metadata.yaml")).unwrap();
     let answer = import(&place, "walk", &[]);
     answer.done();

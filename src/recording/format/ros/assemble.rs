@@ -206,7 +206,7 @@ fn no_sensor(collector: &Collector) -> String {
         false => format!("its topics: {}", topics.join(", ")),
     };
     format!(
-        "no sensor message that can be read; expected sensor_msgs/LaserScan, Range or CompressedImage in the bag; {there}"
+        "no sensor message that can be read; expected sensor_msgs/LaserScan, Range or CompressedImage; {there}"
     )
 }
 

@@ -84,6 +84,9 @@ impl Sensors {
     }
 }
 
+/// A topic of single ranges.
+type RangeTopic<'a> = (&'a str, Vec<Stamped<Range>>);
+
 /// What is being turned into sensors.
 struct Builder<'a> {
     tree: &'a FrameTree,
@@ -112,7 +115,7 @@ pub(super) fn sensors(
     };
     let mut sensors = Vec::new();
     let mut leading: Vec<(String, String)> = Vec::new();
-    let mut ranges: BTreeMap<bool, Vec<(&str, Vec<Stamped<Range>>)>> = BTreeMap::new();
+    let mut ranges: BTreeMap<bool, Vec<RangeTopic>> = BTreeMap::new();
     let mut pictures = Vec::new();
     for (name, topic) in &mut collector.topics {
         let Topic {
@@ -277,7 +280,7 @@ impl Builder<'_> {
     }
 
     /// Topics of one value each as one channel.
-    fn ranges(&mut self, infrared: bool, topics: Vec<(&str, Vec<Stamped<Range>>)>) -> Sensor {
+    fn ranges(&mut self, infrared: bool, topics: Vec<RangeTopic>) -> Sensor {
         let usual = if infrared { "infrared" } else { "sonar" };
         let (mut bearing_rad, mut offset_m) = (Vec::new(), Vec::new());
         let mut parts = Vec::new();

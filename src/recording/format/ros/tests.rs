@@ -132,6 +132,7 @@ fn every_container_gives_the_same_recording() {
         "packed_file",
         "packed_file/packed_file.db3.zstd",
         "packed_mcap",
+        "split",
     ]) {
         let log = read(name);
         assert_eq!(
