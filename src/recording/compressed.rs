@@ -73,6 +73,17 @@ pub(super) enum Packing {
     Zstd,
 }
 
+impl Packing {
+    /// What it is called in messages.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Packing::Bzip2 => "bzip2",
+            Packing::Lz4 => "lz4",
+            Packing::Zstd => "zstd",
+        }
+    }
+}
+
 /// A part of a log, unpacked as far as it goes.
 pub(super) struct Unpacked {
     pub bytes: Vec<u8>,

@@ -54,12 +54,13 @@ impl Budget {
         self.left -= (unpacked.bytes.len() as u64).min(self.left);
         match unpacked.fault {
             Some(_) if cut => {}
-            Some(fault) => return Err(format!("damaged {packing:?} data: {fault}")),
+            Some(fault) => return Err(format!("damaged {} data: {fault}", packing.name())),
             None if unpacked.bytes.len() as u64 == size || cut => {}
             None => {
                 let n = unpacked.bytes.len();
                 return Err(format!(
-                    "{packing:?} data that unpack to {n} bytes; expected {size}"
+                    "{} data that unpack to {n} bytes; expected {size}",
+                    packing.name()
                 ));
             }
         }
@@ -76,7 +77,7 @@ impl Budget {
         self.left -= (unpacked.bytes.len() as u64).min(self.left);
         match unpacked.fault {
             None => Ok(unpacked.bytes),
-            Some(fault) => Err(format!("damaged {packing:?} data: {fault}")),
+            Some(fault) => Err(format!("damaged {} data: {fault}", packing.name())),
         }
     }
 }
