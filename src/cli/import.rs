@@ -29,8 +29,8 @@ use std::{
 
 /// Turn a robot's log into a dataset.
 ///
-/// Reads CARMEN text logs (plain, gzip or xz), CSV tables (also of camera frames) and datasets; which of them is guessed from the content. Several
-/// logs become several runs.
+/// Reads CARMEN text logs, bags of ROS 1 and ROS 2 and MCAP (without ROS), CSV tables (also of camera frames) and datasets, each also packed as a
+/// whole (gzip, xz, bzip2, zstd); which of them is guessed from the content. Several logs become several runs.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub struct Arguments {
@@ -87,6 +87,14 @@ pub struct Arguments {
     #[arg(long, value_name = "METRES", default_value_t = GAP_M)]
     gap: f64,
 
+    /// Topic whose poses are the labels, in a bag: PoseStamped, PoseWithCovarianceStamped or Odometry, such as /amcl_pose.
+    #[arg(long, value_name = "TOPIC")]
+    pose_topic: Option<String>,
+
+    /// Sensor topics to take from a bag, with commas between them, such as /scan,/odom; all without.
+    #[arg(long, value_name = "TOPIC,...", value_delimiter = ',')]
+    topics: Option<Vec<String>>,
+
     /// Print the summary as one JSON object.
     #[arg(long)]
     json: bool,
@@ -106,10 +114,17 @@ semicolons or tabs; UTF-16 and decimal commas are read. \
 A column `frame` (or `image`) of file names, relative to the table, brings a PNG or JPEG picture a row: channel `camera`, \
 the 140 values of Thrun (1998, 5.1.3) of the picture subsampled to 60 x 64 pixels.
 
+ROS: rosbag 2.0 (ROS 1), .db3 and .mcap of rosbag2 or a whole folder of them with metadata.yaml, MCAP with ros1 or cdr messages; compressed \
+or not. One snapshot a message of the first LaserScan topic by name (channel `laser`), without one of the first Range topic, then CompressedImage; \
+every other sensor topic joins with its message nearest in time, half a second at most: further scans by their topic's name, ranges as `sonar` or \
+`infrared`, a value a topic, pictures as `camera`. Bearings hold the sensor's place on the robot by tf. The label is tf map -> base, else \
+PoseWithCovarianceStamped or PoseStamped messages, or what --pose-topic says, interpolated at the message's stamp; odometry is nav_msgs/Odometry, else tf \
+odom -> base. A log of odometry alone is taken with a warning that it has no labels.
+
 --poses: a snapshot takes the pose between the two around its stamp; those before the first and after the last are passed over, \
 those in a gap of the poses are dropped. The logs' own poses become odometry where they have no other.
 
-Exit status: 0 done (odd time stamps and messages passed over are warnings), 1 failed, 2 wrong call, 3 done but damaged lines \
+Exit status: 0 done (odd time stamps and messages passed over are warnings), 1 failed, 2 wrong call, 3 done but damaged lines, messages or chunks \
 (or lines whose picture is missing or broken) were dropped, each counted and the first ones named.
 
 Example:
@@ -138,6 +153,8 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             bearings: arguments.bearings.clone(),
             offsets_m: arguments.offset.clone(),
             gap_m: arguments.gap,
+            pose_topic: arguments.pose_topic.clone(),
+            topics: arguments.topics.clone(),
         },
     };
     storage::check_target(&arguments.output)?; // a wrong name fails now, not after the reading

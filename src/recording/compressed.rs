@@ -1,10 +1,17 @@
-//! Files as they come: plain, gzip (several members too) or xz (several streams too), recognised by their first bytes.
+//! Files as they come: plain, gzip (several members too), xz (several streams too), bzip2 or zstd, recognised by their first
+//! bytes; and the packed parts inside of logs.
 
 use crate::{
     error::{Error, Result},
     storage,
 };
 use std::{borrow::Cow, io::Read, path::Path};
+use zstd::ZstdReader;
+
+mod zstd;
+
+/// The first bytes of a zstd frame.
+pub(super) const ZSTD_MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
 /// Memory that the xz dictionary may take, in KiB: enough for `xz -9` (64 MiB).
 const XZ_MEMORY_KIB: u32 = 128 * 1024;
@@ -41,10 +48,76 @@ pub fn unpack<'a>(path: &Path, file: &'a [u8]) -> Result<Content<'a>> {
             let reader = lzma_rust2::XzReader::new_mem_limit(file, true, XZ_MEMORY_KIB);
             drain(path, "xz", reader, file.len())
         }
+        [b'B', b'Z', b'h', b'1'..=b'9', ..] => drain(
+            path,
+            "bzip2",
+            bzip2::bufread::MultiBzDecoder::new(file),
+            file.len(),
+        ),
+        _ if file.starts_with(&ZSTD_MAGIC) => {
+            let limit = storage::largest_content(file.len());
+            drain(path, "zstd", ZstdReader::new(file, limit), file.len())
+        }
         _ => Ok(Content {
             bytes: Cow::Borrowed(file),
             damage: None,
         }),
+    }
+}
+
+/// How a part of a log is packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Packing {
+    Bzip2,
+    Lz4,
+    Zstd,
+}
+
+impl Packing {
+    /// What it is called in messages.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Packing::Bzip2 => "bzip2",
+            Packing::Lz4 => "lz4",
+            Packing::Zstd => "zstd",
+        }
+    }
+}
+
+/// A part of a log, unpacked as far as it goes.
+pub(super) struct Unpacked {
+    pub bytes: Vec<u8>,
+    /// Why it doesn't go on.
+    pub fault: Option<String>,
+}
+
+/// Unpacks a part of a log, up to `limit` bytes; more is a fault.
+pub(super) fn unpack_part(packing: Packing, packed: &[u8], limit: u64) -> Unpacked {
+    match packing {
+        Packing::Bzip2 => read_up_to(bzip2::bufread::MultiBzDecoder::new(packed), limit),
+        Packing::Lz4 => read_up_to(lz4_flex::frame::FrameDecoder::new(packed), limit),
+        Packing::Zstd => read_up_to(ZstdReader::new(packed, limit), limit),
+    }
+}
+
+fn read_up_to(reader: impl Read, limit: u64) -> Unpacked {
+    let mut bytes = Vec::new();
+    // What came out before a fault stays in `bytes`.
+    let fault = reader
+        .take(limit.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .err()
+        .map(|fault| fault.to_string());
+    let too_long = bytes.len() as u64 > limit;
+    if too_long {
+        bytes.truncate(limit as usize);
+    }
+    Unpacked {
+        fault: match too_long {
+            true => Some(format!("it unpacks to more than {limit} bytes")),
+            false => fault,
+        },
+        bytes,
     }
 }
 
@@ -118,6 +191,50 @@ mod tests {
         let (bytes, damage) = unpacked(&whole[..whole.len() / 2]);
         assert!(!bytes.is_empty() && text.starts_with(&bytes));
         assert!(damage.unwrap().contains("gzip data damaged"));
+    }
+
+    fn zstd(bytes: &[u8]) -> Vec<u8> {
+        ruzstd::encoding::compress_to_vec(bytes, ruzstd::encoding::CompressionLevel::Fastest)
+    }
+
+    fn bzip2(bytes: &[u8]) -> Vec<u8> {
+        let mut packer = bzip2::write::BzEncoder::new(Vec::new(), bzip2::Compression::fast());
+        packer.write_all(bytes).unwrap();
+        packer.finish().unwrap()
+    }
+
+    #[test]
+    fn all_parts_of_zstd_and_bzip2_files_are_read() {
+        for pack in [zstd, bzip2] {
+            let two = [pack(b"ODOM 1\n"), pack(b"ODOM 2\n")].concat();
+            assert_eq!(unpacked(&two), (b"ODOM 1\nODOM 2\n".to_vec(), None));
+        }
+        // A frame to be skipped lies between two others.
+        let skipped = [&[0x50, 0x2a, 0x4d, 0x18, 3, 0, 0, 0][..], b"any"].concat();
+        let three = [zstd(b"ODOM 1\n"), skipped, zstd(b"ODOM 2\n")].concat();
+        assert_eq!(unpacked(&three), (b"ODOM 1\nODOM 2\n".to_vec(), None));
+    }
+
+    #[test]
+    fn a_cut_zstd_file_gives_its_whole_blocks() {
+        let text: Vec<u8> = (0..100_000)
+            .flat_map(|i| format!("ODOM {i}\n").into_bytes())
+            .collect();
+        let whole = zstd(&text);
+        let (bytes, damage) = unpacked(&whole[..whole.len() / 2]);
+        assert!(
+            bytes.len() > text.len() / 4 && text.starts_with(&bytes),
+            "{}",
+            bytes.len()
+        );
+        assert!(damage.unwrap().contains("cut off"));
+        // Without its checksum, and with a wrong one.
+        let (bytes, damage) = unpacked(&whole[..whole.len() - 2]);
+        assert!(bytes == text && damage.unwrap().contains("cut off"));
+        let mut wrong = whole.clone();
+        *wrong.last_mut().unwrap() ^= 1;
+        let (bytes, damage) = unpacked(&wrong);
+        assert!(bytes == text && damage.unwrap().contains("checksum"));
     }
 
     #[test]

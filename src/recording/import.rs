@@ -2,7 +2,7 @@
 
 use super::{
     Recording, compressed,
-    format::{self, Format},
+    format::{self, Format, ros},
     import_report::ImportReport,
     imported_log::ImportedLog,
     joined,
@@ -24,7 +24,8 @@ pub struct ReadOptions {
     pub log: LogOptions,
 }
 
-/// Reads one log or several; each becomes a run of its own (a log that holds several runs keeps them apart).
+/// Reads one log or several; each becomes a run of its own (a log that holds several runs keeps them apart). A folder is a
+/// bag of ROS 2, with all its files one log.
 ///
 /// # Errors
 /// Where a file can't be read, is no log of a known format, holds no snapshot, or has other channels than the first: other
@@ -43,9 +44,13 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<ImportedLog> {
     let mut hash = Sha256::new();
     let mut logs: Vec<ImportedLog> = Vec::new();
     for path in paths {
-        let file = storage::read_file(path)?;
-        hash.update(&file);
-        let log = read_bytes(path, &file, options)?;
+        let log = if path.is_dir() {
+            ros::read_folder(path, &options.log, &mut |file| hash.update(file))?
+        } else {
+            let file = storage::read_file(path)?;
+            hash.update(&file);
+            read_bytes(path, &file, options)?
+        };
         if let Some(first) = logs.first() {
             let first_name = paths[0].display().to_string();
             let (first, next) = (first.recording.columns(), log.recording.columns());

@@ -25,6 +25,8 @@ pub enum OdometrySource {
     Track,
     /// The poses that the log states, in whose place others came.
     Replaced,
+    /// Odometry messages, interpolated between the two around each snapshot.
+    Interpolated,
     /// There is none, or the poses are it: odometry repeats the poses.
     Poses,
 }
@@ -37,6 +39,9 @@ impl OdometrySource {
             OdometrySource::Restarted => "raw, recovered from the ODOM lines between scans",
             OdometrySource::Track => "the ODOM line before each scan",
             OdometrySource::Replaced => "the log's own poses",
+            OdometrySource::Interpolated => {
+                "interpolated between the odometry messages around each scan"
+            }
             OdometrySource::Poses => "none besides the poses: it repeats them",
         }
     }

@@ -13,6 +13,7 @@ mod device;
 mod given_map;
 mod help;
 mod import;
+mod import_bags;
 mod import_frames;
 mod import_tables;
 mod lifelong;

@@ -4,8 +4,10 @@
 //! import` then guesses it, offers it as `--format` and names it in its messages.
 
 pub mod carmen;
+mod clocks;
 pub mod csv;
 mod dataset;
+pub mod ros;
 
 use super::{Recording, declared, imported_log::ImportedLog, log_options::LogOptions, oddities};
 use crate::error::{Error, Result};
@@ -31,19 +33,30 @@ type Recognise = fn(&[u8]) -> bool;
 type Read = fn(&Path, &[u8], &LogOptions) -> Result<ImportedLog>;
 
 /// All formats, in the order in which they are tried.
-pub const FORMATS: [Format; 3] = [
+pub const FORMATS: [Format; 6] = [
     Format::new("npz", "a .npz dataset", dataset::detect, dataset::read),
+    Format::new(
+        "rosbag1",
+        "a bag of ROS 1",
+        ros::detect_rosbag1,
+        ros::read_rosbag1,
+    ),
+    Format::new(
+        "rosbag2",
+        "a bag of ROS 2",
+        ros::detect_rosbag2,
+        ros::read_rosbag2,
+    ),
+    Format::new("mcap", "an MCAP log", ros::detect_mcap, ros::read_mcap),
     Format::new("carmen", "a CARMEN log", carmen::detect, carmen::read),
     Format::new("csv", "a CSV table with a header", csv::detect, csv::read).selecting_itself(),
 ];
 
 /// What can't be read, by its first bytes.
-const NOT_READ: [(&[u8], &str); 4] = [
-    (b"\x89MCAP0\r\n", "an MCAP log, which can't be read yet"),
-    (b"#ROSBAG V", "a rosbag, which can't be read yet"),
+const NOT_READ: [(&[u8], &str); 2] = [
     (
-        b"SQLite format 3\0",
-        "an SQLite database (rosbag2?), which can't be read",
+        b"#ROSBAG V1",
+        "a rosbag of the old format 1, which can't be read (`rosbag migrate` makes it 2.0)",
     ),
     (b"\x89HDF\r\n", "an HDF5 file, which can't be read"),
 ];
@@ -93,8 +106,8 @@ impl Format {
     /// use ballmark::recording::format::Format;
     /// let format = Format::of_content("walk.log".as_ref(), b"ODOM 0 0 0 0 0 0 1 host 1\n")?;
     /// assert_eq!(format.name, "carmen");
-    /// let error = Format::of_content("walk.bag".as_ref(), b"#ROSBAG V2.0\n").unwrap_err();
-    /// assert!(error.to_string().starts_with("walk.bag: a rosbag, which can't be read yet; expected"));
+    /// let error = Format::of_content("walk.bag".as_ref(), b"#ROSBAG V1.2\n").unwrap_err();
+    /// assert!(error.to_string().starts_with("walk.bag: a rosbag of the old format 1, which can't be read"));
     /// # Ok::<(), ballmark::Error>(())
     /// ```
     pub fn of_content(path: &Path, bytes: &[u8]) -> Result<Self> {
@@ -145,7 +158,7 @@ pub(super) fn unreadable(path: &Path, what: &str) -> Error {
     let known = FORMATS.map(|format| format.what).join(", ");
     Error::file(
         path,
-        format!("{what}; expected a log, plain, gzip or xz: {known}"),
+        format!("{what}; expected a log, plain, gzip, xz, bzip2 or zstd: {known}"),
     )
 }
 

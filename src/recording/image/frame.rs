@@ -29,7 +29,7 @@ pub(in crate::recording) fn read(path: &Path) -> Result<Image, String> {
 }
 
 /// The picture that a file's content shows.
-pub(super) fn decoded(file: &[u8]) -> Result<Image, String> {
+pub(in crate::recording) fn decoded(file: &[u8]) -> Result<Image, String> {
     if file.is_empty() {
         return Err(format!("is empty; {EXPECTED}"));
     }

@@ -4,7 +4,7 @@ mod features;
 mod frame;
 
 pub use features::{channel, features};
-pub(super) use frame::read as read_frame;
+pub(super) use frame::{decoded, read as read_frame};
 
 use crate::error::{Error, Result};
 use ::image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};

@@ -8,7 +8,8 @@
 //!
 //! The place of a snapshot is the first pose of its line; for lines without one the `VERTEX2` line right before, else the last
 //! `ODOM` line. A `VERTEX2` right before a line that states another pose (by more than 1 cm or 0.01 rad) wins, and the line's
-//! pose is odometry: the graph was optimised after the line was written. Where odometry may come from: [`OdometrySource`](crate::recording::imported_log::OdometrySource).
+//! pose is odometry: the graph was optimised after the line was written. Where odometry may come from:
+//! [`OdometrySource`](crate::recording::imported_log::OdometrySource).
 //!
 //! A snapshot whose place is more than 5 m from the one before, without the odometry saying so, starts a new run: the log has
 //! a gap there. Stamps are kept as recorded, and the order of lines is the order of time, since clocks in real logs are
@@ -21,8 +22,8 @@ use crate::{
     error::{Error, Result},
     geometry::Pose,
     recording::{
-        Channel, Columns, Recording, gaps, import_report::ImportReport, imported_log::ImportedLog,
-        log_options::LogOptions, ranges,
+        Channel, Columns, Recording, format::clocks::Clocks, gaps, import_report::ImportReport,
+        imported_log::ImportedLog, log_options::LogOptions, ranges,
     },
 };
 use message::{Message, Scan};
@@ -342,26 +343,4 @@ fn usual_widths(events: &[Event]) -> BTreeMap<&'static str, usize> {
         .iter()
         .map(|(kind, lines)| (*kind, usual(lines)))
         .collect()
-}
-
-/// The last stamp of each kind of message.
-#[derive(Default)]
-struct Clocks(BTreeMap<&'static str, f64>);
-
-impl Clocks {
-    fn check(&mut self, kind: &'static str, stamp_s: f64, account: &mut ImportReport) {
-        if stamp_s == 0.0 {
-            account.warning(&format!("{kind} stamped 0"));
-            return;
-        }
-        match self.0.insert(kind, stamp_s) {
-            Some(last) if stamp_s < last => {
-                account.warning(&format!("{kind} stamped before the one ahead of it"))
-            }
-            Some(last) if stamp_s == last => {
-                account.warning(&format!("{kind} stamped like the one ahead of it"))
-            }
-            _ => {}
-        }
-    }
 }
