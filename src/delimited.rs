@@ -125,9 +125,12 @@ pub fn separator(header: &[u8]) -> u8 {
     most.map_or(b',', |at| SEPARATORS[at])
 }
 
+/// Two bytes of UTF-16 in one of their orders.
+type ReadUnit = fn([u8; 2]) -> u16;
+
 /// UTF-8 without a byte-order mark; half pairs of UTF-16 become the replacement character.
 fn in_utf8(bytes: &[u8]) -> Cow<'_, [u8]> {
-    let (wide, read): (&[u8], fn([u8; 2]) -> u16) = match bytes {
+    let (wide, read): (&[u8], ReadUnit) = match bytes {
         [0xef, 0xbb, 0xbf, text @ ..] => return Cow::Borrowed(text),
         [0xff, 0xfe, text @ ..] => (text, u16::from_le_bytes),
         [0xfe, 0xff, text @ ..] => (text, u16::from_be_bytes),

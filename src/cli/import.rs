@@ -6,7 +6,7 @@ use crate::{
     experiment::labelled_log::{TOLERANCE_S, labelled},
     recording::{
         Recording,
-        declared::Bearings,
+        bearings::Bearings,
         format::{FORMATS, Format},
         import::{self, ReadOptions},
         imported_log::ImportedLog,

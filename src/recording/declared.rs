@@ -3,7 +3,6 @@
 use super::{Columns, import_report::ImportReport, log_options::LogOptions, ranges};
 use crate::error::{Error, Result};
 use ndarray::Axis;
-use std::str::FromStr;
 
 /// Lengths, and how many metres each is.
 const LENGTHS: [(&str, f64); 8] = [
@@ -16,60 +15,6 @@ const LENGTHS: [(&str, f64); 8] = [
     ("ft", 0.3048),
     ("yd", 0.9144),
 ];
-
-/// Directions of a channel's values, in degrees to the left of ahead.
-///
-/// ```
-/// use ballmark::recording::declared::Bearings;
-/// assert_eq!("0,90,-90".parse::<Bearings>()?.of_width(3), Some(vec![0.0, 90.0, -90.0]));
-/// assert_eq!("-90..90".parse::<Bearings>()?.of_width(5), Some(vec![-90.0, -45.0, 0.0, 45.0, 90.0]));
-/// # Ok::<(), ballmark::Error>(())
-/// ```
-#[derive(Debug, Clone, PartialEq)]
-pub enum Bearings {
-    /// One number a value.
-    Each(Vec<f64>),
-    /// Evenly from the first to the last.
-    Even([f64; 2]),
-}
-
-impl Bearings {
-    /// Degrees of so many values; none where there is not one for each.
-    pub fn of_width(&self, width: usize) -> Option<Vec<f64>> {
-        match self {
-            Self::Each(deg) => (deg.len() == width).then(|| deg.clone()),
-            Self::Even([first, last]) => {
-                let step = (last - first) / (width.max(2) - 1) as f64;
-                Some((0..width).map(|k| first + step * k as f64).collect())
-            }
-        }
-    }
-}
-
-impl FromStr for Bearings {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|n| n.is_finite());
-        let bearings = match text.split_once("..") {
-            Some((first, last)) => number(first)
-                .zip(number(last))
-                .map(|(first, last)| Self::Even([first, last])),
-            None => text
-                .split(',')
-                .map(number)
-                .collect::<Option<_>>()
-                .map(Self::Each),
-        };
-        bearings.ok_or_else(|| {
-            let shown: String = text.chars().take(40).collect();
-            Error::usage(format!(
-                "bearings `{}`: expected degrees, one a value separated by commas, or FIRST..LAST",
-                shown.escape_debug()
-            ))
-        })
-    }
-}
 
 /// Gives channels what is said about them, and makes lengths metres.
 ///
@@ -147,7 +92,7 @@ fn in_metres(columns: &mut Columns, account: &mut ImportReport) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Channel;
+    use crate::recording::{Channel, bearings::Bearings};
 
     fn sonar() -> Columns {
         Columns {
@@ -212,8 +157,5 @@ mod tests {
         })
         .unwrap();
         assert!(far.notes()[0].contains("no effect"));
-        for text in ["", "a", "0..", "0,,1", "nan", "1..inf"] {
-            assert!(text.parse::<Bearings>().is_err(), "{text}");
-        }
     }
 }

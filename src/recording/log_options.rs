@@ -1,6 +1,6 @@
 //! What the user says about a log that the log doesn't say itself.
 
-use super::{declared::Bearings, selection::Selection};
+use super::{bearings::Bearings, selection::Selection};
 
 /// A step longer than this that odometry knows nothing of is a gap in a log, in metres.
 pub const GAP_M: f64 = 5.0;

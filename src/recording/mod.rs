@@ -1,7 +1,8 @@
 //! What a robot saw: snapshots of its sensors, each with the place it was taken at, in one or several runs.
 
+pub mod bearings;
 pub mod compressed;
-pub mod declared;
+mod declared;
 pub mod degraded;
 pub mod format;
 mod gaps;
