@@ -257,6 +257,7 @@ pub fn import_log(
             bearings: sorted(bearings).into_iter().map(each).collect(),
             offsets_m: sorted(offsets),
             gap_m,
+            poses_elsewhere: poses.is_some(),
             pose_topic,
             topics,
         },

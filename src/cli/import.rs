@@ -153,6 +153,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             bearings: arguments.bearings.clone(),
             offsets_m: arguments.offset.clone(),
             gap_m: arguments.gap,
+            poses_elsewhere: arguments.poses.is_some(),
             pose_topic: arguments.pose_topic.clone(),
             topics: arguments.topics.clone(),
         },

@@ -33,15 +33,15 @@ pub struct Experiment {
     pub recipe: NamedRecipe,
     /// For `train`.
     pub train: Recipe,
-    /// For `localise`; its `people` are also those of [degraded].
+    /// For `localise`; its `people` are also those of `[degraded]`.
     pub localise: LocaliseConfig,
     /// For `adapt`, and for `lifelong`.
     pub adapt: AdaptConfig,
-    /// For `lifelong`, besides [train] and [adapt].
+    /// For `lifelong`, besides `[train]` and `[adapt]`.
     pub lifelong: LifelongConfig,
     /// For whatever reads a dataset: the sensor that it is seen by.
     pub degraded: Degraded,
-    /// For `pretrain`, besides [train].
+    /// For `pretrain`, besides `[train]`.
     pub pretrain: PretrainingConfig,
 }
 

@@ -30,6 +30,8 @@ pub struct LogOptions {
     /// A new run begins where the robot is farther than this from where it was a snapshot before, and odometry doesn't say
     /// so, in metres.
     pub gap_m: f64,
+    /// Poses will come from [elsewhere](super::posed): a log without any is taken all the same, its snapshots at the origin.
+    pub poses_elsewhere: bool,
     /// The topic whose poses are the labels, in logs of ROS, instead of [the usual ones](super::format::ros).
     pub pose_topic: Option<String>,
     /// The sensor topics to take, in logs of ROS, instead of all of them; a topic of odometry among them is the one taken.
@@ -45,6 +47,7 @@ impl Default for LogOptions {
             bearings: Vec::new(),
             offsets_m: Vec::new(),
             gap_m: GAP_M,
+            poses_elsewhere: false,
             pose_topic: None,
             topics: None,
         }

@@ -22,8 +22,12 @@ const SHORTEST_M: f64 = 0.05;
 /// Values named in a note.
 const NAMED: usize = 3;
 
-/// Notes what looks wrong about a log, without changing it.
-pub(super) fn note(columns: &Columns, odometry: OdometrySource, account: &mut ImportReport) {
+/// Notes what looks wrong about a log, without changing it; where its odometry comes from is told where its poses stay.
+pub(super) fn note(
+    columns: &Columns,
+    odometry: Option<OdometrySource>,
+    account: &mut ImportReport,
+) {
     let mut first = 0;
     for channel in &columns.channels {
         let range = first..first + channel.width;
@@ -42,7 +46,7 @@ pub(super) fn note(columns: &Columns, odometry: OdometrySource, account: &mut Im
     }
     labels_among_sensors(columns, account);
     places_and_times(columns, account);
-    if odometry == OdometrySource::Poses && columns.pose.len() > 1 {
+    if odometry == Some(OdometrySource::Poses) && columns.pose.len() > 1 {
         account.note("the poses are all there is: odometry repeats them. Where they are odometry themselves, they are no labels".into());
     }
 }
@@ -199,7 +203,7 @@ mod tests {
 
     fn notes(columns: &Columns) -> String {
         let mut account = ImportReport::default();
-        note(columns, OdometrySource::Stated, &mut account);
+        note(columns, Some(OdometrySource::Stated), &mut account);
         account.notes().join("\n")
     }
 
@@ -209,7 +213,7 @@ mod tests {
         assert_eq!(notes(&sound), "");
         let odometry_alone = {
             let mut account = ImportReport::default();
-            note(&sound, OdometrySource::Poses, &mut account);
+            note(&sound, Some(OdometrySource::Poses), &mut account);
             account.notes().join("\n")
         };
         assert!(odometry_alone.contains("no labels"));

@@ -101,7 +101,9 @@ pub fn with_poses(log: ImportedLog, track: &Track) -> Result<ImportedLog> {
             ),
         ));
     }
+    let unplaced = own.iter().all(|pose| *pose == Pose::default());
     let source = match odometry {
+        OdometrySource::Poses if unplaced => OdometrySource::Poses,
         OdometrySource::Poses => {
             columns.odometry = own;
             OdometrySource::Replaced
@@ -112,7 +114,11 @@ pub fn with_poses(log: ImportedLog, track: &Track) -> Result<ImportedLog> {
         *all = kept.iter().map(|k| all[*k]).collect();
     }
     of(&kept, &mut columns.stamp_s);
-    of(&kept, &mut columns.odometry);
+    match source {
+        // A log without poses has no odometry either.
+        OdometrySource::Poses => columns.odometry = columns.pose.clone(),
+        _ => of(&kept, &mut columns.odometry),
+    }
     of(&kept, &mut columns.run);
     columns
         .compass_rad

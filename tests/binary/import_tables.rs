@@ -308,6 +308,36 @@ fn poses_may_come_from_another_file() {
     place
         .ballmark(&["import", "raw.log", "-o", "f.npz", "--pose-tolerance", "1"])
         .refused(2, &["--poses"]);
+    // Logs that have no poses at all: a scanner's without odometry, a table without a place.
+    let scan = |k: usize| {
+        format!("RAWLASER1 0 -1.57 3.14 1.57 20 0.1 0 3 1.{k} 2.5 2.25 0 {k} host {k}\n")
+    };
+    place.write("still.log", (0..6).map(scan).collect::<String>());
+    place.write("light.csv", "time_s;light\n1;7\n2;8\n");
+    place
+        .ballmark(&["import", "still.log", "-o", "f.npz"])
+        .refused(1, &["no pose"]);
+    for log in ["still.log", "light.csv"] {
+        let answer = place.ballmark(&[
+            "import",
+            log,
+            "-o",
+            "n.npz",
+            "--poses",
+            "est.tum",
+            "--pose-tolerance",
+            "1.2",
+        ]);
+        answer.done();
+        assert!(!answer.stderr.contains("no labels"), "{}", answer.stderr);
+        let posed = read("n.npz");
+        assert_eq!(
+            (posed.poses()[0].x_m, posed.poses()[0].y_m),
+            (1.0, 1.0),
+            "{log}"
+        );
+        assert_eq!(posed.columns().odometry, posed.poses());
+    }
     // What holds poses alone is named as such.
     for (log, what) in [
         ("est.tum", "TUM format"),

@@ -137,7 +137,8 @@ impl Format {
             selected.map_err(|fault| Error::usage(format!("{}: {fault}", path.display())))?;
         }
         declared::apply(&mut columns, options, &mut account).map_err(|e| e.in_file(path))?;
-        oddities::note(&columns, odometry, &mut account);
+        let stays = (!options.poses_elsewhere).then_some(odometry);
+        oddities::note(&columns, stays, &mut account);
         let recording = Recording::new(columns).map_err(|e| e.in_file(path))?;
         Ok(ImportedLog {
             recording,

@@ -128,7 +128,8 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
             latest.insert(scan.kind, (scan, rows.len()));
             continue;
         }
-        let Some(pose) = placed.pose else {
+        let elsewhere = options.poses_elsewhere.then(Pose::default);
+        let Some(pose) = placed.pose.or(elsewhere) else {
             account.lost(format!(
                 "line {}: `{}`: no pose up to here; expected an ODOM or VERTEX2 line before",
                 placed.line, scan.kind

@@ -1,7 +1,10 @@
 //! The header of a table: which column is what.
 
-use super::channels::{self, shown};
-use crate::recording::{Channel, image, selection::Selection};
+use super::{
+    channels,
+    column_name::{bare_and_stem, shown},
+};
+use crate::recording::{Channel, image, log_options::LogOptions};
 use std::collections::{HashMap, HashSet};
 
 /// Names of columns that a message lists.
@@ -11,7 +14,8 @@ const LISTED: usize = 12;
 pub(super) struct Header {
     pub width: usize,
     pub stamp: usize,
-    pub pose: [usize; 3],
+    /// None where poses come from elsewhere.
+    pub pose: Option<[usize; 3]>,
     pub odometry: Option<[usize; 3]>,
     pub run: Option<usize>,
     pub route: Option<usize>,
@@ -43,7 +47,7 @@ impl Header {
     /// Reads the header; `names_files` says of a column by number whether its cells are names rather than numbers.
     pub fn parse(
         names: &[String],
-        selection: &Selection,
+        options: &LogOptions,
         names_files: impl Fn(usize) -> bool,
     ) -> std::result::Result<Self, Fault> {
         let mut at: HashMap<&str, usize> = HashMap::new();
@@ -75,8 +79,11 @@ impl Header {
             (time, stamp) => time.or(stamp),
         };
         let places = ["x_m", "y_m", "heading_rad"].map(find);
-        let (Some(stamp), [Some(x), Some(y), Some(heading)]) = (stamp, places) else {
-            return Err(lacking(names, stamp, places).into());
+        let selection = &options.sensors;
+        let (stamp, pose) = match (stamp, places) {
+            (Some(stamp), [Some(x), Some(y), Some(heading)]) => (stamp, Some([x, y, heading])),
+            (Some(stamp), [None, None, None]) if options.poses_elsewhere => (stamp, None),
+            _ => return Err(lacking(names, stamp, places).into()),
         };
         let odometry_names = ["odometry_x_m", "odometry_y_m", "odometry_heading_rad"];
         let odometry = match odometry_names.map(find) {
@@ -97,7 +104,8 @@ impl Header {
             }
             [frame, image] => frame.or(image),
         };
-        let mut used = HashSet::from([stamp, x, y, heading]);
+        let mut used = HashSet::from([stamp]);
+        used.extend(pose.iter().flatten());
         used.extend(odometry.iter().flatten());
         used.extend([run, route, compass, frame].iter().flatten());
         let sensors = names.iter().map(String::as_str).enumerate();
@@ -105,7 +113,7 @@ impl Header {
         let sensors: Vec<(usize, &str)> = sensors.filter(is_sensor).collect();
         let going_by = |(_, name): &(usize, &'_ str)| -> Vec<String> {
             let mut all = vec![name.to_string()];
-            let (bare, stem) = channels::bare_and_stem(name);
+            let (bare, stem) = bare_and_stem(name);
             all.extend([Some(bare), stem].into_iter().flatten().map(String::from));
             all
         };
@@ -136,7 +144,7 @@ impl Header {
         Ok(Self {
             width: names.len(),
             stamp,
-            pose: [x, y, heading],
+            pose,
             odometry,
             run,
             route,

@@ -23,6 +23,7 @@
 //! Values are taken as they stand: no maximum is looked for, since not every sensor measures a range.
 
 mod channels;
+mod column_name;
 mod frames;
 mod header;
 mod row;
@@ -92,7 +93,7 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
     })?;
     let names: Vec<String> = names.iter().map(String::from).collect();
     let names_files = |column| frames::are_named_in(&table, column);
-    let header = Header::parse(&names, &options.sensors, names_files);
+    let header = Header::parse(&names, options, names_files);
     let header = header.map_err(|fault| match fault {
         Fault::Header(fault) => Error::input(path, &line_1, fault),
         Fault::Selection(fault) => Error::usage(format!("{}: {fault}", path.display())),

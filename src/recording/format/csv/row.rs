@@ -1,6 +1,6 @@
 //! A row of a table, read by its header.
 
-use super::{channels::shown, header::Header};
+use super::{column_name::shown, header::Header};
 use crate::{delimited::Delimited, geometry::Pose};
 use ::csv::ByteRecord;
 
@@ -66,7 +66,7 @@ impl Row {
         };
         Ok(Self {
             stamp_s: number(header.stamp)?,
-            pose: pose(header.pose)?,
+            pose: header.pose.map_or(Ok(Pose::default()), pose)?,
             odometry: header.odometry.map(pose).transpose()?,
             run: match header.run {
                 None => 0,

@@ -43,7 +43,10 @@ pub(super) fn assemble(
     let mut account = std::mem::take(&mut collector.account);
     let sources = sources(&collector, &tree, pose_topic, chosen)?;
     oddities.iter().for_each(|oddity| account.warning(oddity));
-    let placed = place(&stamps_s, &sources, &found, &mut account)?;
+    let placed = match place(&stamps_s, &sources, &found, &mut account) {
+        Err(_) if options.poses_elsewhere => at_the_origin(&stamps_s),
+        placed => placed?,
+    };
     count_topics(&collector, &placed, &found, &mut account);
     let (width, k) = (
         found
@@ -184,6 +187,21 @@ fn place<'a>(
         topics: [pose.topic, odometry.topic].into_iter().flatten().collect(),
         bridge: Some(odometry),
     })
+}
+
+/// Snapshots of a log without poses, whose places are not known yet.
+fn at_the_origin(stamps_s: &[f64]) -> Placement<'static> {
+    let placed = |stamp_s: &f64| Placed {
+        stamp_s: *stamp_s,
+        pose: Pose::default(),
+        odometry: Pose::default(),
+    };
+    Placement {
+        snapshots: stamps_s.iter().map(placed).collect(),
+        source: OdometrySource::Poses,
+        topics: BTreeSet::new(),
+        bridge: None,
+    }
 }
 
 fn no_pose(stamps_s: &[f64], sources: &Sources, sensors: &Sensors) -> String {
