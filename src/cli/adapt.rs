@@ -31,7 +31,8 @@ use std::{
 /// The robot localises in each dataset from odometry and sensors alone and labels what it sensed with the places that the whole run
 /// tells. Labels that pass a gate extend the map, which forgets what was seen before where the robot came again, and the
 /// filters take a few steps of training. The datasets' own poses, where they are any good, serve to judge the labels and for nothing
-/// else: the same model comes out whatever they say. A model that keeps no label is written as it was.
+/// else: the same model comes out whatever they say. A model that keeps no label is written as it was. The runs must go through places that
+/// are mapped: beyond the map, among rooms that look alike, labels are wrong and may pass the gate.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark adapt models/corridor-2m.safetensors datasets/corridor-small.npz \\
