@@ -50,8 +50,18 @@ pub fn write_file(
     content: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> Result<()> {
     let refused = |e: io::Error| Error::io("cannot write", path, e);
-    let folder = check_target(path)?;
-    // Permissions as the user's umask has them, not the owner-only ones that temporary files get by default.
+    check_target(path)?;
+    // What a link leads to is written, and the link stays.
+    let linked = fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_symlink());
+    let target = match linked {
+        true => fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf()),
+        false => path.to_path_buf(),
+    };
+    let folder = folder_of(&target);
+    // Permissions of what stood there, or as the user's umask has them, not the owner-only ones that temporary files get by default.
+    let before = fs::metadata(&target)
+        .ok()
+        .map(|metadata| metadata.permissions());
     #[cfg(unix)]
     let builder = {
         use std::os::unix::fs::PermissionsExt;
@@ -67,8 +77,14 @@ pub fn write_file(
     let mut whole = Cursor::new(Vec::new());
     content(&mut whole).map_err(refused)?;
     temporary.write_all(whole.get_ref()).map_err(refused)?;
+    if let Some(permissions) = before {
+        temporary
+            .as_file()
+            .set_permissions(permissions)
+            .map_err(refused)?;
+    }
     temporary.as_file().sync_all().map_err(refused)?;
-    temporary.persist(path).map_err(|e| refused(e.error))?;
+    temporary.persist(&target).map_err(|e| refused(e.error))?;
     Ok(())
 }
 
@@ -76,14 +92,14 @@ pub fn write_file(
 /// work, so that the answer does not come after it.
 ///
 /// # Errors
-/// Where a folder of that name exists, or the folder that it would lie in is a file or does not exist.
+/// Where a folder, a device or a pipe of that name exists, or the folder that it would lie in is a file or does not exist.
 pub fn check_target(path: &Path) -> Result<PathBuf> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
-        _ => PathBuf::from("."),
-    };
+    let folder = folder_of(path);
     let fault = if path.is_dir() {
         "a folder of that name exists; expected a file name".to_string()
+    } else if path.starts_with("/dev") || fs::metadata(path).is_ok_and(|m| !m.is_file()) {
+        // What /dev/stdout leads to is somebody's open file, which must not be replaced.
+        "a device or a pipe of that name exists; expected a file name".to_string()
     } else if folder.is_dir() {
         return Ok(folder);
     } else if folder.exists() {
@@ -92,6 +108,13 @@ pub fn check_target(path: &Path) -> Result<PathBuf> {
         format!("the folder {} does not exist", folder.display())
     };
     Err(Error::file(path, format!("cannot write: {fault}")))
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
 }
 
 /// Makes a folder for results, with its parents.
@@ -119,6 +142,36 @@ mod tests {
             error.to_string().contains("/dev/zero: is a device"),
             "{error}"
         );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_and_pipes_stay_what_they_are() {
+        for path in ["/dev/null", "/dev/stdout"] {
+            let error = write_file(path.as_ref(), |out| out.write_all(b"x")).unwrap_err();
+            assert!(error.to_string().contains("a device or a pipe"), "{error}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_permissions_kept() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let [disk, real, link] =
+            ["disk", "disk/real.npz", "link.npz"].map(|name| folder.path().join(name));
+        fs::create_dir(&disk).unwrap();
+        fs::write(&real, b"old").unwrap();
+        fs::set_permissions(&real, fs::Permissions::from_mode(0o600)).unwrap();
+        symlink("disk/real.npz", &link).unwrap();
+        write_file(&link, |out| out.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&real).unwrap(), b"new");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(
+            fs::metadata(&real).unwrap().permissions().mode() & 0o777,
+            0o600
+        );
+        assert_eq!(fs::read_dir(&disk).unwrap().count(), 1);
     }
 
     #[test]

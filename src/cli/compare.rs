@@ -202,10 +202,12 @@ pub(super) fn compared(
 }
 
 fn read(file: &Path) -> Result<Comparison> {
-    serde_json::from_slice(&storage::read_file(file)?).map_err(|e| {
-        let expected = "expected `comparison.json` of `ballmark compare` of this version";
-        Error::file(file, format!("{e}; {expected}"))
-    })
+    let expected = "expected `comparison.json` of `ballmark compare` of this version";
+    let wrong = |fault: String| Error::file(file, format!("{fault}; {expected}"));
+    let read = serde_json::from_slice(&storage::read_file(file)?);
+    let comparison: Comparison = read.map_err(|e| wrong(e.to_string()))?;
+    comparison.check().map_err(wrong)?;
+    Ok(comparison)
 }
 
 pub(super) fn in_json(value: &impl serde::Serialize) -> Result<String> {
@@ -230,8 +232,9 @@ fn resolved(record: &ComparisonRecord) -> serde_json::Value {
 
 /// Every table in every format, and every picture.
 fn write_tables(folder: &Path, comparison: &Comparison, sheets: &[Sheet]) -> Result<()> {
+    let pictures = pictures(comparison)?; // one that can't be drawn is an error before anything is written
     write_sheets(folder, sheets, &caption_lines(&comparison.record))?;
-    for (name, svg) in pictures(comparison)? {
+    for (name, svg) in pictures {
         write_text(&folder.join(format!("{name}.svg")), &svg)?;
     }
     Ok(())

@@ -40,6 +40,8 @@ pub fn man(arguments: &Man, command: Command) -> Result<Outcome> {
     let folder = &arguments.out;
     std::fs::create_dir_all(folder).map_err(|e| Error::io("cannot create", folder, e))?;
     let command = command.disable_help_subcommand(true);
+    let pages = 1 + command.get_subcommands().count();
     clap_mangen::generate_to(command, folder).map_err(|e| Error::io("cannot write", folder, e))?;
+    print(&format!("{pages} pages in {}\n", folder.display()))?;
     Ok(Outcome::Done)
 }

@@ -137,7 +137,7 @@ pub(crate) fn warn(line: &str) {
     if terminal::is_quiet() && line.starts_with("note: ") {
         return;
     }
-    let _ = writeln!(io::stderr(), "{}", terminal::painted(line));
+    let _ = writeln!(io::stderr(), "{}", terminal::painted(&terminal::fit(line)));
 }
 
 /// A result, on standard output. That the reader has seen enough (`ballmark … | head -1`) is no fault: files are still

@@ -56,6 +56,27 @@ pub(super) fn color_of(arguments: impl Iterator<Item = String>) -> ColorChoice {
     }
 }
 
+/// Letters of a message that are shown: the rest is what a file said at length.
+const LONGEST: usize = 2000;
+
+/// A message on one line, whatever a file said: control characters as escapes, the middle of what is too long left out.
+pub(super) fn fit(line: &str) -> String {
+    let mut one: String = line
+        .chars()
+        .flat_map(|c| match c.is_control() && c != '\t' {
+            true => c.escape_debug().collect::<Vec<_>>(),
+            false => vec![c],
+        })
+        .collect();
+    let letters = one.chars().count();
+    if letters > LONGEST {
+        let start: String = one.chars().take(LONGEST / 2).collect();
+        let end: String = one.chars().skip(letters - LONGEST / 2).collect();
+        one = format!("{start} … {end}");
+    }
+    one
+}
+
 /// A message with its first word (`error:`, `warning:`, …) in colour, where that is wanted.
 pub(super) fn painted(line: &str) -> String {
     let wanted = match CHOSEN
@@ -84,6 +105,19 @@ pub(super) fn painted(line: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_message_is_one_line_without_escapes_and_not_endless() {
+        assert_eq!(
+            fit("error: a\nb\u{1b}[31m\tc"),
+            "error: a\\nb\\u{1b}[31m\tc"
+        );
+        let long = fit(&format!(
+            "error: {}; expected a number",
+            "x".repeat(100_000)
+        ));
+        assert!(long.chars().count() < 2010 && long.ends_with("; expected a number"));
+    }
 
     #[test]
     fn the_colour_is_seen_before_the_arguments_are_parsed() {

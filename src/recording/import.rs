@@ -45,7 +45,8 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<ImportedLog> {
     let mut logs: Vec<ImportedLog> = Vec::new();
     for path in paths {
         let log = if path.is_dir() {
-            ros::read_folder(path, &options.log, &mut |file| hash.update(file))?
+            let log = ros::read_folder(path, &options.log, &mut |file| hash.update(file))?;
+            format::as_declared(path, log, &options.log, false)?
         } else {
             let file = storage::read_file(path)?;
             hash.update(&file);

@@ -240,6 +240,31 @@ fn tables_and_pictures_are_drawn_again_without_the_data() {
     place.write("bent.json", "{\"seed\": 1}");
     let bent = place.ballmark(&["compare", "--redraw", "bent.json"]);
     bent.refused(1, &["bent.json", "expected `comparison.json`"]);
+    // A record whose parts don't fit together is refused by the section before anything is written.
+    let record = fs::read_to_string(place.path("out/comparison.json")).unwrap();
+    let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+    for (section, bend) in [
+        (
+            "[standard]: system 99",
+            (|r| r["standard"]["systems"][0] = 99.into()) as fn(&mut serde_json::Value),
+        ),
+        ("[recognition]: 0 rows", |r| {
+            r["recognition"]["cells"] = serde_json::json!([])
+        }),
+        ("[error_reduction]: a row of 0", |r| {
+            r["error_reduction"]["cells"][0] = serde_json::json!([])
+        }),
+        ("[error_reduction]: a point for", |r| {
+            r["error_reduction"]["config"]["priors"] = serde_json::json!([])
+        }),
+    ] {
+        let mut bent = record.clone();
+        bend(&mut bent);
+        place.write("bent.json", bent.to_string());
+        let answer = place.ballmark(&["compare", "--redraw", "bent.json", "--out", "bent"]);
+        answer.refused(1, &["bent.json", section]);
+        assert_eq!(files(&place.path("bent")).len(), 0, "{section}");
+    }
     place
         .ballmark(&["compare", "c.toml", "--redraw", "out/comparison.json"])
         .stderr

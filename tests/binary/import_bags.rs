@@ -39,6 +39,31 @@ fn bags_of_both_generations_become_the_same_dataset() {
             "{name}"
         );
     }
+    // What is said of any log is heeded for files and folders alike; a bag's poses may come from elsewhere, too.
+    place.write("est.tum", "0 0 0 0 0 0 0 1\n4000000000 0 5 0 0 0 0 1\n");
+    for name in ["lz4.bag", "plain"] {
+        let path = bag(name).display().to_string();
+        let options = [
+            "--columns",
+            "laser",
+            "--drop",
+            "laser.0,laser.1",
+            "--poses",
+            "est.tum",
+            "--pose-tolerance",
+            "4e9",
+        ];
+        import(&place, &path, &options).done();
+        let dataset = npz::read(&place.path("d.npz")).unwrap();
+        assert_eq!(
+            (dataset.channels().len(), dataset.channels()[0].width),
+            (1, 14),
+            "{name}"
+        );
+        assert!(dataset.poses()[0].x_m == 0.0 && dataset.poses()[0].y_m > 0.0);
+        import(&place, &path, &["--columns", "lidar"])
+            .refused(2, &[name, "no sensor is called `lidar`"]);
+    }
     // Two bags are two runs.
     let (a, b) = (bag("ros1.mcap"), bag("packed_mcap"));
     let answer = place.ballmark(&[

@@ -157,6 +157,8 @@ fn what_looks_wrong_is_noted_and_what_is_lost_counted() {
         "d.npz",
         "--max-range",
         "5",
+        "--topics",
+        "/scan",
         "--json",
     ]);
     answer.done();
@@ -168,6 +170,7 @@ fn what_looks_wrong_is_noted_and_what_is_lost_counted() {
     for part in [
         "2 × gap of more than 5 m",
         "no channel is in metres",
+        "topics have no effect: gap.csv is a CSV table",
         "same in every snapshot: 1 (2.25)",
         "no labels",
     ] {

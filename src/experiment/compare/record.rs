@@ -220,6 +220,73 @@ pub struct Timing {
     pub localisation: Vec<localisation::Timing>,
 }
 
+impl<C, T> Section<C, T> {
+    /// Does the section fit to so many systems and datasets? What doesn't, in words.
+    fn check(&self, name: &str, systems: usize, datasets: usize) -> Result<(), String> {
+        if let Some(number) = self.systems.iter().find(|number| **number >= systems) {
+            return Err(format!("[{name}]: system {number} of {systems}"));
+        }
+        if self.cells.len() != self.systems.len() {
+            let (rows, asked) = (self.cells.len(), self.systems.len());
+            return Err(format!(
+                "[{name}]: {rows} rows of cells for {asked} systems"
+            ));
+        }
+        match self.cells.iter().find(|row| row.len() != datasets) {
+            Some(row) => Err(format!(
+                "[{name}]: a row of {} cells for {datasets} datasets",
+                row.len()
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Comparison {
+    /// Do all parts of a record that was read fit together?
+    ///
+    /// # Errors
+    /// The section and what doesn't fit, in words.
+    pub fn check(&self) -> Result<(), String> {
+        let record = &self.record;
+        let (systems, datasets) = (record.systems.len(), record.datasets.len());
+        macro_rules! check {
+            ($($section:ident),*) => {
+                $(if let Some(section) = &record.$section {
+                    section.check(stringify!($section), systems, datasets)?;
+                })*
+            };
+        }
+        check!(standard, recognition, error_reduction, landmarks);
+        if let Some(section) = &record.localisation
+            && section.records.len() != datasets
+        {
+            let records = section.records.len();
+            return Err(format!(
+                "[localisation]: {records} records for {datasets} datasets"
+            ));
+        }
+        let tests = record
+            .recognition_tests
+            .iter()
+            .flat_map(|test| test.systems);
+        if let Some(number) = tests.into_iter().find(|number| *number >= systems) {
+            return Err(format!("recognition_tests: system {number} of {systems}"));
+        }
+        if let Some(section) = &record.error_reduction {
+            let curves = section.cells.iter().flatten().filter_map(Outcome::done);
+            let mut points = curves.flat_map(|curve| &curve.points);
+            if let Some(point) = points.find(|p| !section.config.priors.contains(&p.prior)) {
+                let prior = point.prior;
+                return Err(format!(
+                    "[error_reduction]: a point for {prior}, which is none of its priors"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
 impl ComparisonRecord {
     /// Reasons of all failures, in the order of the sections: section, system, dataset, why.
     pub fn failures(&self) -> Vec<[&str; 4]> {
@@ -298,6 +365,27 @@ pub fn file_names<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_section_that_fits_to_no_comparison_is_found() {
+        let section = |systems: &[usize], cells: &[usize]| Section {
+            config: (),
+            systems: systems.to_vec(),
+            cells: cells.iter().map(|n| vec![Outcome::Done(()); *n]).collect(),
+        };
+        section(&[0, 2], &[2, 2]).check("standard", 3, 2).unwrap();
+        for (systems, cells, part) in [
+            (&[3][..], &[2][..], "system 3 of 3"),
+            (&[0, 1], &[2], "1 rows of cells for 2 systems"),
+            (&[0], &[1], "a row of 1 cells for 2 datasets"),
+        ] {
+            let fault = section(systems, cells).check("standard", 3, 2).unwrap_err();
+            assert!(
+                fault.starts_with("[standard]") && fault.contains(part),
+                "{fault}"
+            );
+        }
+    }
 
     #[test]
     fn file_names_are_plain_and_differ() {

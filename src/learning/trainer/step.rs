@@ -354,6 +354,10 @@ impl<'a> Trainer<'a> {
         let candidates = self.rendered.as_ref().unwrap_or(&self.inputs);
         let training = array(nets.forward(candidates.clone()))?;
         let truth = array(nets.forward(tensor(validation_set.inputs.view(), &self.device)))?;
+        // What is no number would count as a perfect posterior.
+        if training.iter().chain(&truth).any(|g| !g.is_finite()) {
+            return Err(no_number(self.steps()));
+        }
         self.training_set
             .validate(validation_set, truth.view(), training.view())
             .map(Some)
@@ -371,6 +375,9 @@ impl<'a> Trainer<'a> {
             None => &self.now.nets,
         };
         let activation = array(nets.forward(self.inputs.clone()))?;
+        if activation.iter().any(|g| !g.is_finite()) {
+            return Err(no_number(self.steps()));
+        }
         let train = match &self.rendered {
             None => self
                 .training_set

@@ -25,6 +25,8 @@ pub struct Format {
     read: Read,
     /// Its reader leaves out sensors itself, before it reads them.
     selects_itself: bool,
+    /// Has it topics?
+    is_ros: bool,
 }
 
 type Recognise = fn(&[u8]) -> bool;
@@ -40,14 +42,16 @@ pub const FORMATS: [Format; 6] = [
         "a bag of ROS 1",
         ros::detect_rosbag1,
         ros::read_rosbag1,
-    ),
+    )
+    .of_ros(),
     Format::new(
         "rosbag2",
         "a bag of ROS 2",
         ros::detect_rosbag2,
         ros::read_rosbag2,
-    ),
-    Format::new("mcap", "an MCAP log", ros::detect_mcap, ros::read_mcap),
+    )
+    .of_ros(),
+    Format::new("mcap", "an MCAP log", ros::detect_mcap, ros::read_mcap).of_ros(),
     Format::new("carmen", "a CARMEN log", carmen::detect, carmen::read),
     Format::new("csv", "a CSV table with a header", csv::detect, csv::read).selecting_itself(),
 ];
@@ -74,6 +78,14 @@ impl Format {
             recognises,
             read,
             selects_itself: false,
+            is_ros: false,
+        }
+    }
+
+    const fn of_ros(self) -> Self {
+        Self {
+            is_ros: true,
+            ..self
         }
     }
 
@@ -126,26 +138,45 @@ impl Format {
     /// Where it holds nothing that can be read, or an option names a sensor that it lacks. Damaged records are no error but
     /// entries in the log's account.
     pub fn read(&self, path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
-        let ImportedLog {
-            recording,
-            mut account,
-            odometry,
-        } = (self.read)(path, bytes, options)?;
-        let mut columns = recording.into_columns();
-        if !self.selects_itself {
-            let selected = options.sensors.apply(&mut columns);
-            selected.map_err(|fault| Error::usage(format!("{}: {fault}", path.display())))?;
+        let mut log = (self.read)(path, bytes, options)?;
+        if !self.is_ros && (options.topics.is_some() || options.pose_topic.is_some()) {
+            let what = self.what;
+            let note = format!("topics have no effect: {} is {what}", path.display());
+            log.account.note(note);
         }
-        declared::apply(&mut columns, options, &mut account).map_err(|e| e.in_file(path))?;
-        let stays = (!options.poses_elsewhere).then_some(odometry);
-        oddities::note(&columns, stays, &mut account);
-        let recording = Recording::new(columns).map_err(|e| e.in_file(path))?;
-        Ok(ImportedLog {
-            recording,
-            account,
-            odometry,
-        })
+        as_declared(path, log, options, self.selects_itself)
     }
+}
+
+/// A log with all that was said about it whatever its format, and with notes on what looks wrong about it.
+///
+/// # Errors
+/// A usage error where an option names a sensor that it lacks.
+pub(super) fn as_declared(
+    path: &Path,
+    log: ImportedLog,
+    options: &LogOptions,
+    is_selected: bool,
+) -> Result<ImportedLog> {
+    let ImportedLog {
+        recording,
+        mut account,
+        odometry,
+    } = log;
+    let mut columns = recording.into_columns();
+    if !is_selected {
+        let selected = options.sensors.apply(&mut columns);
+        selected.map_err(|fault| Error::usage(format!("{}: {fault}", path.display())))?;
+    }
+    declared::apply(&mut columns, options, &mut account).map_err(|e| e.in_file(path))?;
+    let stays = (!options.poses_elsewhere).then_some(odometry);
+    oddities::note(&columns, stays, &mut account);
+    let recording = Recording::new(columns).map_err(|e| e.in_file(path))?;
+    Ok(ImportedLog {
+        recording,
+        account,
+        odometry,
+    })
 }
 
 impl fmt::Debug for Format {
