@@ -52,7 +52,7 @@ impl NetDetector {
     /// g_i of normalised inputs, `[snapshot, input]` → `[snapshot, feature]`.
     ///
     /// # Errors
-    /// Where there are not as many inputs as the networks have, the device fails to give its numbers back, or they are none.
+    /// Where there are not as many inputs as the networks have, or the device fails to give its numbers back.
     pub fn respond(&self, input: ArrayView2<f32>) -> Result<Array2<f32>> {
         if input.ncols() != self.inputs {
             return Err(Error::work(format!(
@@ -68,15 +68,6 @@ impl NetDetector {
             .map(|input| self.respond_at_once(input));
         let answers = answers.collect::<Result<Vec<_>>>()?;
         let out = answers.concat();
-        // Weights may be finite and yet overflow on the way, such as those of a file with a flipped bit.
-        if let Some(at) = out.iter().position(|g| !g.is_finite()) {
-            return Err(Error::work(format!(
-                "the model's networks answer {} to snapshot {} of {}; expected a probability: its weights are damaged",
-                out[at],
-                at / self.features.max(1),
-                input.nrows()
-            )));
-        }
         Array2::from_shape_vec((input.nrows(), self.features), out)
             .map_err(|e| Error::work(format!("network output: {e}")))
     }
