@@ -64,7 +64,10 @@ widened! {
 ///
 /// ```
 /// use ballmark::archive::npy::read_widened;
-/// let mut array = b"\x93NUMPY\x01\x00\x46\x00{'descr': '<i4', 'fortran_order': False, 'shape': (1,), }             \n".to_vec();
+/// let header = b"{'descr': '<i4', 'fortran_order': False, 'shape': (1,), }\n";
+/// let mut array = b"\x93NUMPY\x01\x00".to_vec();
+/// array.extend((header.len() as u16).to_le_bytes());
+/// array.extend(header);
 /// array.extend(7i32.to_le_bytes());
 /// assert_eq!(read_widened::<i64>(&array)?.data, [7]);
 /// # Ok::<(), String>(())
