@@ -97,7 +97,7 @@ pub fn check_target(path: &Path) -> Result<PathBuf> {
     let folder = folder_of(path);
     let fault = if path.is_dir() {
         "a folder of that name exists; expected a file name".to_string()
-    } else if path.starts_with("/dev") || fs::metadata(path).is_ok_and(|m| !m.is_file()) {
+    } else if folder == Path::new("/dev") || fs::metadata(path).is_ok_and(|m| !m.is_file()) {
         // What /dev/stdout leads to is somebody's open file, which must not be replaced.
         "a device or a pipe of that name exists; expected a file name".to_string()
     } else if folder.is_dir() {
@@ -150,6 +150,10 @@ mod tests {
         for path in ["/dev/null", "/dev/stdout"] {
             let error = write_file(path.as_ref(), |out| out.write_all(b"x")).unwrap_err();
             assert!(error.to_string().contains("a device or a pipe"), "{error}");
+        }
+        // Memory that is mounted there is a folder like any other.
+        if Path::new("/dev/shm").is_dir() {
+            check_target("/dev/shm/dataset.npz".as_ref()).unwrap();
         }
     }
 

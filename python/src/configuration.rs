@@ -5,21 +5,14 @@ use ballmark::{experiment::configuration::Experiment, learning::recipe::NamedRec
 use pyo3::{PyResult, exceptions::PyValueError};
 use std::{io::Write, path::Path};
 
-/// Where a configuration comes from.
-#[derive(pyo3::FromPyObject)]
-pub enum Source {
-    /// Keys in JSON, behind the word `json:`.
-    Text(String),
-}
-
-/// Reads it; nothing at all is the default configuration.
-pub fn read(source: Option<Source>, recipe: Option<&str>) -> PyResult<Experiment> {
+/// Reads a file of that name, or JSON behind the word `json:`; nothing at all is the default configuration.
+pub fn read(source: Option<String>, recipe: Option<&str>) -> PyResult<Experiment> {
     let named = |name: &str| -> PyResult<NamedRecipe> {
         let found = serde_json::from_value(serde_json::Value::from(name));
         found.map_err(|e| PyValueError::new_err(format!("recipe: {e}")))
     };
     let recipe = recipe.map(named).transpose()?;
-    let Some(Source::Text(text)) = source else {
+    let Some(text) = source else {
         return Experiment::read(None, recipe).map_err(raised);
     };
     let Some(json) = text.strip_prefix("json:") else {

@@ -1,7 +1,7 @@
 //! Localising, comparing and scoring; results as JSON text, for Python's own `json`.
 
 use crate::{
-    configuration::{self, Source},
+    configuration,
     dataset::Dataset,
     faults::{in_json, raised},
     model::Model,
@@ -37,7 +37,7 @@ pub fn localise(
     trained_on: Option<Bound<'_, Dataset>>,
     trials: Option<usize>,
     seed: Option<u64>,
-    config: Option<Source>,
+    config: Option<String>,
     on_progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, String)> {
     let experiment = configuration::read(config, None)?;

@@ -1,7 +1,7 @@
 //! Trained filters, and training them.
 
 use crate::{
-    configuration::{self, Source},
+    configuration,
     dataset::Dataset,
     faults::{in_json, raised},
     waiting::Waiting,
@@ -121,7 +121,7 @@ pub fn train(
     seed: Option<u64>,
     test_fold: Option<usize>,
     recipe: Option<String>,
-    config: Option<Source>,
+    config: Option<String>,
     on_progress: Option<Py<PyAny>>,
 ) -> PyResult<Model> {
     let experiment = configuration::read(config, recipe.as_deref())?;

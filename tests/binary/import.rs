@@ -316,6 +316,28 @@ fn damaged_datasets_name_the_array() {
     place
         .ballmark(&["import", "good.npz", "-o", "e.npz"])
         .done();
+    // People write -1 for "none", and a file without rows may claim any width.
+    let mut none = good();
+    none.pop();
+    none.push((
+        "meta",
+        meta(r#"{"channels": {"light": {"unit": "m", "maximum": -1}}}"#),
+    ));
+    place.write("none.npz", zip(&none));
+    place
+        .ballmark(&["import", "none.npz", "-o", "f.npz"])
+        .refused(1, &["none.npz", "`maximum` of channel `light` is -1"]);
+    let empty = vec![
+        ("stamp", f8("(0,)", &[])),
+        ("pose", f8("(0, 3)", &[])),
+        ("run", npy("<i8", "(0,)", &[])),
+        ("light", npy("<f4", "(0, 9223372036854775808)", &[])),
+        ("meta", meta(r#"{"channels": {"light": {"unit": "lux"}}}"#)),
+    ];
+    place.write("empty.npz", zip(&empty));
+    place
+        .ballmark(&["import", "empty.npz", "-o", "f.npz"])
+        .refused(1, &["empty.npz", "no snapshot"]);
     // Other programs' number types are taken in, and odometry may be missing.
     let mut other = good();
     other.retain(|(name, _)| !["odometry", "light", "run"].contains(name));
@@ -324,6 +346,11 @@ fn damaged_datasets_name_the_array() {
     place.write("other.npz", zip(&other));
     let answer = place.ballmark(&["import", "other.npz", "-o", "e.npz"]);
     answer.done();
+    assert!(
+        answer.stdout.contains("it repeats them"),
+        "{}",
+        answer.stdout
+    );
     let taken = ballmark::recording::npz::read(&place.path("e.npz")).unwrap();
     assert_eq!((taken.values()[[0, 1]], taken.columns().run[0]), (1.5, 7));
     for (array, replacement, parts) in [

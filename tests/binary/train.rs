@@ -74,6 +74,25 @@ fn reports_its_errors_in_json_and_leaves_only_the_model() {
 }
 
 #[test]
+fn networks_that_overflow_in_the_last_step_are_no_perfect_model() {
+    let place = Workplace::new();
+    toy(&place, true);
+    let config = "[train]\nfeatures = 2\nbegin_with = \"random\"\nnetwork = { trunk = [6], hidden = [3] }\n\
+                  descent = { learning_rate = 1e20, weight_decay = 0.0, steps = 1 }\n\
+                  split = { unit = \"runs\", validation_every = 3 }\n";
+    place.write("c.toml", config);
+    let answer = train(&place, "m.safetensors", &["--config", "c.toml"]);
+    answer.refused(
+        1,
+        &[
+            "the objective is no longer a number after 1 steps",
+            "learning_rate",
+        ],
+    );
+    assert!(!place.path("m.safetensors").exists());
+}
+
+#[test]
 fn trains_for_a_window_and_for_anywhere_on_a_route_and_in_the_plane() {
     for with_route in [true, false] {
         let place = Workplace::new();

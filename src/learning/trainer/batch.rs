@@ -296,6 +296,18 @@ fn joined<T: Clone>(axis: Axis, parts: &[ArrayView2<T>]) -> Result<Array2<T>> {
     concatenate(axis, parts).map_err(|e| Error::work(format!("parts of a step: {e}")))
 }
 
+/// What networks answer, `[snapshot, feature]`.
+///
+/// # Errors
+/// Where that is no number, which would count as a perfect posterior.
+pub fn answers(nets: &Nets, inputs: Tensor<2>, step: usize) -> Result<Array2<f32>> {
+    let answers = array(nets.forward(inputs))?;
+    match answers.iter().all(|g| g.is_finite()) {
+        true => Ok(answers),
+        false => Err(no_number(step)),
+    }
+}
+
 pub fn no_number(step: usize) -> Error {
     Error::work(format!(
         "the objective is no longer a number after {step} steps; expected a smaller descent.learning_rate"

@@ -2,7 +2,7 @@
 
 use super::{
     array_backend::ArrayBackend,
-    batch::{Batch, Noise, Site, no_number},
+    batch::{Batch, Noise, Site, answers, no_number},
     phase::{Phase, of_features, put_features},
     progress::{StoppedBy, Trained},
     pseudo_patterns::PseudoPatterns,
@@ -352,12 +352,9 @@ impl<'a> Trainer<'a> {
         let phase = Phase::at(self.recipe, self.steps());
         let nets = of_features(nets, 0..phase.learners.end);
         let candidates = self.rendered.as_ref().unwrap_or(&self.inputs);
-        let training = array(nets.forward(candidates.clone()))?;
-        let truth = array(nets.forward(tensor(validation_set.inputs.view(), &self.device)))?;
-        // What is no number would count as a perfect posterior.
-        if training.iter().chain(&truth).any(|g| !g.is_finite()) {
-            return Err(no_number(self.steps()));
-        }
+        let training = answers(&nets, candidates.clone(), self.steps())?;
+        let truth = tensor(validation_set.inputs.view(), &self.device);
+        let truth = answers(&nets, truth, self.steps())?;
         self.training_set
             .validate(validation_set, truth.view(), training.view())
             .map(Some)
@@ -374,16 +371,13 @@ impl<'a> Trainer<'a> {
             Some(_) => &self.now.best_nets,
             None => &self.now.nets,
         };
-        let activation = array(nets.forward(self.inputs.clone()))?;
-        if activation.iter().any(|g| !g.is_finite()) {
-            return Err(no_number(self.steps()));
-        }
+        let activation = answers(nets, self.inputs.clone(), self.steps())?;
         let train = match &self.rendered {
             None => self
                 .training_set
                 .judge(activation.view(), activation.view())?,
             Some(rendered) => {
-                let candidates = array(nets.forward(rendered.clone()))?;
+                let candidates = answers(nets, rendered.clone(), self.steps())?;
                 self.training_set
                     .judge(activation.view(), candidates.view())?
             }

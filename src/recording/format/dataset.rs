@@ -22,11 +22,16 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
 /// As [`npz::from_bytes`].
 pub(super) fn read(path: &Path, bytes: &[u8], _: &LogOptions) -> Result<ImportedLog> {
     let recording = npz::from_bytes(path, bytes)?;
+    let columns = recording.columns();
+    let odometry = match columns.odometry == columns.pose {
+        true => OdometrySource::Poses,
+        false => OdometrySource::Stated,
+    };
     let mut account = ImportReport::default();
     (0..recording.len()).for_each(|_| account.used("snapshot"));
     Ok(ImportedLog {
         recording,
         account,
-        odometry: OdometrySource::Stated,
+        odometry,
     })
 }
