@@ -8,14 +8,12 @@ use crate::{
     waiting::Waiting,
 };
 use ballmark::{
-    belief::Places,
     experiment::{
         compare::{CompareConfig, Folders, compare as compare_all},
         localisation,
-        parts::Parts,
+        parts::{Parts, as_learned},
     },
     model,
-    recording::Recording,
     report::localisation as tables,
     score::{Effort, Entropies, Responses, Verdict},
     seed::Seed,
@@ -50,39 +48,17 @@ pub fn localise(
     let Some(first) = models.first() else {
         return Err(PyValueError::new_err("no model; expected at least one"));
     };
-    let history_m = model::Model::history_of_all(&models);
-    // As the command has it: what learned in the plane has no use for a route, and remembers what the models remember.
-    let as_learned = |recording: &Recording| {
-        let recording = experiment.degraded.sensor(recording.clone())?;
-        let recording = match first.places() {
-            Places::Plane(_) => recording.in_the_plane(),
-            Places::Route(_) => recording,
-        };
-        match history_m.is_empty() {
-            true => Ok(recording),
-            false => recording.with_history(&history_m),
-        }
+    let learned = |dataset: &Dataset| {
+        let recording = experiment.degraded.sensor(dataset.recording.clone())?;
+        as_learned(&models, recording)
     };
-    let recording = as_learned(&dataset.recording).map_err(raised)?;
-    let trained_on = trained_on.map(|source| as_learned(&source.get().recording));
-    let trained_on = trained_on.transpose().map_err(raised)?;
-    let parts = Parts::new(first, &recording, trained_on).map_err(raised)?;
-    let crowded = match config.people() > 0.0 {
-        false => None,
-        true => Some(
-            recording
-                .with_people(&parts.unseen, config.people(), config.seed())
-                .map_err(raised)?,
-        ),
-    };
-    let among_people = crowded.as_ref().map(|crowded| parts.with_run(crowded));
-    let parts = among_people.as_ref().unwrap_or(&parts);
-    let noisy = experiment
-        .degraded
-        .noisy(parts.run, &parts.unseen, config.seed())
-        .map_err(raised)?;
-    let in_noise = noisy.as_ref().map(|noisy| parts.with_run(noisy));
-    let parts = in_noise.as_ref().unwrap_or(parts);
+    let recording = learned(dataset).map_err(raised)?;
+    let trained_on = trained_on.map(|source| learned(source.get())).transpose();
+    let parts = Parts::new(first, &recording, trained_on.map_err(raised)?).map_err(raised)?;
+    let disturbed = parts.disturbed(config.people(), &experiment.degraded, config.seed());
+    let disturbed = disturbed.map_err(raised)?;
+    let in_trouble = disturbed.as_ref().map(|run| parts.with_run(run));
+    let parts = in_trouble.as_ref().unwrap_or(&parts);
     let mut waiting = Waiting::new(on_progress);
     let started = Instant::now();
     let record = py.detach(|| {

@@ -151,13 +151,8 @@ pub fn train(
     });
     let mut learned = waiting.done(learned.map_err(raised))?;
     let mut notes: Vec<String> = learned.report.notes.iter().map(|n| n.to_string()).collect();
-    match py.detach(|| robot_constants::tuned(&learned.model, &recording)) {
-        Ok(tuned) => {
-            let header = &mut learned.model.header;
-            header.evidence_scale = tuned.as_ref().map(|tuned| tuned.evidence_scale);
-            header.lost = tuned.map(|tuned| tuned.lost);
-        }
-        Err(fault) => notes.push(format!("evidence not tuned: {fault}")),
+    if let Err(fault) = py.detach(|| robot_constants::tune(&mut learned.model, &recording)) {
+        notes.push(format!("evidence not tuned: {fault}"));
     }
     Ok(Model {
         model: learned.model,

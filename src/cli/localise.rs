@@ -8,12 +8,12 @@ use super::{
     warn,
 };
 use crate::{
-    belief::{Evidence, Places},
+    belief::Evidence,
     error::{Error, Result},
     experiment::{
         configuration::Experiment,
         localisation::{self, LocaliseConfig, Record},
-        parts::{Parts, odometry_is_the_truth},
+        parts::{Parts, as_learned, odometry_is_the_truth},
     },
     mapping::RosMap,
     model::{Model, ModelBank},
@@ -110,21 +110,11 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let model = models[0];
     // What one of them works from, the others may leave.
     let history_m = Model::history_of_all(&models);
-    // A model that learned in the plane has no use for a route.
-    let as_learned = |recording: Recording| {
-        let recording = match model.places() {
-            Places::Plane(_) => recording.in_the_plane(),
-            Places::Route(_) => recording,
-        };
-        match history_m.is_empty() {
-            true => Ok(recording),
-            false => recording.with_history(&history_m),
-        }
-    };
-    let recording = as_learned(read(dataset, &degraded)?).map_err(|e| e.in_file(dataset))?;
+    let recording = as_learned(&models, read(dataset, &degraded)?);
+    let recording = recording.map_err(|e| e.in_file(dataset))?;
     let trained_on = match arguments.trained_on.as_slice() {
         [] => None,
-        datasets => Some(as_learned(read_all(datasets, &degraded)?)?),
+        datasets => Some(as_learned(&models, read_all(datasets, &degraded)?)?),
     };
     let in_dataset = |e: Error| {
         if e.is_usage() { e } else { e.in_file(dataset) }
@@ -141,17 +131,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             "note: the dataset's odometry repeats its poses, so whatever odometry carries is flattered",
         );
     }
-    let (crowded, among_people);
-    let parts = if config.people() > 0.0 {
-        crowded = recording.with_people(&parts.unseen, config.people(), config.seed())?;
-        among_people = parts.with_run(&crowded);
-        &among_people
-    } else {
-        &parts
-    };
-    let noisy = degraded.noisy(parts.run, &parts.unseen, config.seed())?;
-    let in_noise = noisy.as_ref().map(|noisy| parts.with_run(noisy));
-    let parts = in_noise.as_ref().unwrap_or(parts);
+    let disturbed = parts.disturbed(config.people(), &degraded, config.seed())?;
+    let in_trouble = disturbed.as_ref().map(|run| parts.with_run(run));
+    let parts = in_trouble.as_ref().unwrap_or(&parts);
     let started = Instant::now();
     let record = match bank {
         Some(bank) => {

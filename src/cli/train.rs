@@ -234,14 +234,9 @@ impl Begun<'_> {
 
 /// Finds how much a model's evidence counts, and when its robot is lost.
 fn tune_evidence(learned: &mut Learned, recording: &Recording) {
-    match robot_constants::tuned(&learned.model, recording) {
-        Ok(tuned) => {
-            let header = &mut learned.model.header;
-            header.evidence_scale = tuned.as_ref().map(|tuned| tuned.evidence_scale);
-            header.lost = tuned.map(|tuned| tuned.lost);
-        }
-        // A model that learned well is worth keeping, whatever a grid over its places would need.
-        Err(fault) => warn(&format!("note: evidence not tuned: {fault}")),
+    // A model that learned well is worth keeping, whatever a grid over its places would need.
+    if let Err(fault) = robot_constants::tune(&mut learned.model, recording) {
+        warn(&format!("note: evidence not tuned: {fault}"));
     }
 }
 

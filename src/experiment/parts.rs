@@ -6,7 +6,8 @@ use crate::{
     error::{Error, Result},
     learning::training_set::covered,
     model::{Model, seen},
-    recording::Recording,
+    recording::{Recording, degraded::Degraded},
+    seed::Seed,
 };
 use std::borrow::Cow;
 
@@ -126,6 +127,25 @@ impl<'a> Parts<'a> {
         }
     }
 
+    /// The recording to localise in with what its unseen snapshots are disturbed by: people before this share of their range beams,
+    /// and the noise that a configuration states; none where there is neither.
+    ///
+    /// # Errors
+    /// As [`Recording::with_people`] and [`Degraded::noisy`].
+    pub fn disturbed(
+        &self,
+        people: f64,
+        degraded: &Degraded,
+        seed: Seed,
+    ) -> Result<Option<Recording>> {
+        let crowded = match people > 0.0 {
+            true => Some(self.run.with_people(&self.unseen, people, seed)?),
+            false => None,
+        };
+        let run = crowded.as_ref().unwrap_or(self.run);
+        Ok(degraded.noisy(run, &self.unseen, seed)?.or(crowded))
+    }
+
     /// The same with another recording to localise in: what the unseen snapshots would have been, labels and order as they were.
     pub fn with_run<'b>(&'b self, run: &'b Recording) -> Parts<'b> {
         Parts {
@@ -137,6 +157,24 @@ impl<'a> Parts<'a> {
     /// Unseen snapshots at places that training saw: `mapped`.
     pub fn covered(&self, mapped: &Places) -> Vec<usize> {
         covered(&self.places, &self.unseen, mapped)
+    }
+}
+
+/// A recording as these models know it, which learned from the same snapshots: without a route where they learned in the plane, and
+/// with the readings of the way behind where one of them uses these; the others leave them.
+///
+/// # Errors
+/// As [`Recording::with_history`].
+pub fn as_learned(models: &[&Model], recording: Recording) -> Result<Recording> {
+    let in_plane = |model: &&Model| matches!(model.places(), Places::Plane(_));
+    let recording = match models.first().is_some_and(in_plane) {
+        true => recording.in_the_plane(),
+        false => recording,
+    };
+    let history_m = Model::history_of_all(models);
+    match history_m.is_empty() {
+        true => Ok(recording),
+        false => recording.with_history(&history_m),
     }
 }
 

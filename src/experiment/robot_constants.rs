@@ -20,6 +20,17 @@ pub struct RobotConstants {
     pub lost: LostConfig,
 }
 
+/// Gives a model the constants that [`tuned`] finds; none where it finds none.
+///
+/// # Errors
+/// As [`tuned`]; the model is as it was then.
+pub fn tune(model: &mut Model, recording: &Recording) -> Result<()> {
+    let tuned = tuned(model, recording)?;
+    model.header.evidence_scale = tuned.as_ref().map(|tuned| tuned.evidence_scale);
+    model.header.lost = tuned.map(|tuned| tuned.lost);
+    Ok(())
+}
+
 /// The constants of a model's features, as trials would tune them; none where the recording that it learned from has no sequence of
 /// the validation part.
 ///
