@@ -3,6 +3,7 @@
 use super::{
     Outcome, features,
     localise::{self, with_bar, write_config, write_report, write_text},
+    page::{PAGE, call, write_page},
     print, train, warn,
 };
 use crate::{
@@ -18,7 +19,7 @@ use crate::{
     learning::Recipe,
     model::{Model, Training},
     recording::{Recording, npz},
-    report::localisation as tables,
+    report::{Page, Part, localisation as tables},
     seed::Seed,
     storage,
     world::corridor::{CorridorConfig, thrun1998},
@@ -35,7 +36,7 @@ use std::{path::PathBuf, time::Instant};
 #[command(after_help = "Example:
   ballmark demo --toy --out demo-report")]
 pub struct Arguments {
-    /// Folder for the dataset, the models, the tables (CSV) and the pictures (SVG).
+    /// Folder for a page to look at (index.html), the dataset, the models, the tables (CSV) and the pictures (SVG).
     #[arg(long, value_name = "DIR", default_value = "ballmark-demo")]
     out: PathBuf,
     /// The one seed of the run.
@@ -65,7 +66,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     npz::write(&dataset, &thrun1998(Seed(arguments.seed), &corridor)?)?;
     let recording = npz::read(&dataset)?; // with its checksum, as any user has it
 
-    let mut models = Vec::new();
+    let (mut models, mut feature_parts) = (Vec::new(), Vec::new());
     for (prior, words) in [("2m", "for ±2 m"), ("global", "for no idea where")] {
         let model = learn(&arguments, prior.parse()?, &recording)?;
         model.write(&folder.join(format!("corridor-{prior}.safetensors")))?;
@@ -85,13 +86,39 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         )?;
         for (ending, plot) in plots {
             write_text(&folder.join(format!("features-{prior}.{ending}")), &plot)?;
+            feature_parts.push(Part::picture(
+                format!("Output of each filter trained {words} along the last run."),
+                format!(
+                    "Probability that each of the filters trained {words} answers, along the route"
+                ),
+                plot,
+            ));
         }
         models.push(model);
     }
-    let [record, crowded] = localise(&arguments, &models, &recording)?;
+    let ([record, crowded], config) = localise(&arguments, &models, &recording)?;
     write_report(folder, "Simulated corridor", &record)?;
     let among_people = tables::figures(&crowded).csv();
     write_text(&folder.join("localisation_among_people.csv"), &among_people)?;
+    let mut parts = vec![Part::Heading("Localisation on unseen runs".into())];
+    parts.extend(tables::page_parts("Simulated corridor", &record)?);
+    parts.push(Part::Heading(
+        "The same trials with people in the way".into(),
+    ));
+    parts.push(Part::table(
+        "With people in the way",
+        tables::brief_table(&crowded),
+    ));
+    parts.push(Part::Heading("What the filters answer".into()));
+    parts.extend(feature_parts);
+    let content = Page {
+        title: "Learned landmarks in a simulated corridor".into(),
+        summary: tables::page_summary(&record),
+        command: call(),
+        parts,
+        config,
+    };
+    write_page(folder, &content)?;
     let words = format!(
         "{} runs along an 89 m corridor, {} snapshots of 24 sonars; every fourth run\nis kept for the trials.\n\n{}\n\
          The same trials with people in the way.\n\n{}",
@@ -112,9 +139,10 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         words
     })?;
     warn(&format!(
-        "dataset, models, tables and pictures are in {} ({:.0} s in all)",
+        "dataset, models, tables and pictures are in {} ({:.0} s in all); to look at: {}",
         folder.display(),
-        started.elapsed().as_secs_f64()
+        started.elapsed().as_secs_f64(),
+        folder.join(PAGE).display()
     ));
     Ok(Outcome::Done)
 }
@@ -140,8 +168,12 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
 }
 
 /// Plays the trials with both models' filters and the baselines, one line a model; and with the filters and a map once more
-/// among people.
-fn localise(arguments: &Arguments, models: &[Model], recording: &Recording) -> Result<[Record; 2]> {
+/// among people. Beside the records the resolved configurations, each with its name.
+fn localise(
+    arguments: &Arguments,
+    models: &[Model],
+    recording: &Recording,
+) -> Result<([Record; 2], Vec<(String, String)>)> {
     let mut config = LocaliseConfig {
         seed: Some(arguments.seed),
         people: Some(0.0),
@@ -151,13 +183,14 @@ fn localise(arguments: &Arguments, models: &[Model], recording: &Recording) -> R
         config.trials = 8;
         config.resamples = 100;
     }
+    let mut resolved = Vec::new();
     for model in models {
-        write_config(&arguments.out, &config, model, recording)?;
+        resolved.push(write_config(&arguments.out, &config, model, recording)?);
     }
     let models: Vec<&Model> = models.iter().collect();
     let parts = Parts::new(models[0], recording, None)?;
-    let mut record = localise::play(&models, &parts, &config)?;
-    record.results.retain(|result| !is_as_bits(&result.name));
+    let mut record = localise::play(MethodContext::new(&models, &parts, &config)?, true)?;
+    record.retain(|name| !is_as_bits(name));
 
     config.people = Some(PEOPLE);
     let crowded = recording.with_people(&parts.unseen, PEOPLE, config.seed())?;
@@ -174,5 +207,5 @@ fn localise(arguments: &Arguments, models: &[Model], recording: &Recording) -> R
         method.evidence_scale = before.next().and_then(|result| result.evidence_scale);
     }
     let among_people = with_bar(|progress| localisation::play(&context, methods, progress))?;
-    Ok([record, among_people])
+    Ok(([record, among_people], resolved))
 }

@@ -2,7 +2,9 @@
 
 use super::{
     Outcome,
+    compare::write_json,
     dataset::{read, read_all, warn_of_other_sensors},
+    page::{call, write_page},
     print,
     progress::Progress,
     warn,
@@ -13,12 +15,13 @@ use crate::{
     experiment::{
         configuration::Experiment,
         localisation::{self, LocaliseConfig, Record},
+        methods::MethodContext,
         parts::{Parts, as_learned, odometry_is_the_truth},
     },
     mapping::RosMap,
     model::{Model, ModelBank},
     recording::Recording,
-    report::localisation as tables,
+    report::{Page, localisation as tables},
     storage,
 };
 use std::{
@@ -44,7 +47,7 @@ pub struct Arguments {
     /// baselines need it.
     #[arg(long, value_name = "T.npz", num_args = 1..)]
     trained_on: Vec<PathBuf>,
-    /// Folder for the curves (CSV) and their pictures (SVG).
+    /// Folder for a page to look at (index.html), the figures (CSV) and the pictures (SVG).
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Configuration; its section [localise] holds for all that no flag below says otherwise, [degraded] for the sensor that
@@ -135,19 +138,28 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let in_trouble = disturbed.as_ref().map(|run| parts.with_run(run));
     let parts = in_trouble.as_ref().unwrap_or(&parts);
     let started = Instant::now();
-    let record = match bank {
-        Some(bank) => {
-            with_bar(|progress| localisation::localise_bank(bank, parts, &config, progress))
-        }
-        None => play(&models, parts, &config),
+    let context = match bank {
+        Some(bank) => MethodContext::of_bank(&models, bank.run(), parts, &config),
+        None => MethodContext::new(&models, parts, &config),
     };
+    let record = context.and_then(|context| play(context, arguments.out.is_some()));
     let record = record.map_err(in_dataset)?;
     let seconds = started.elapsed().as_secs_f64();
     if let Some(folder) = &arguments.out {
-        write_report(folder, "Localisation on unseen runs", &record)?;
+        let title = "Localisation on unseen runs";
+        write_report(folder, title, &record)?;
+        let mut resolved = Vec::new();
         for model in models {
-            write_config(folder, &config, model, &recording)?;
+            resolved.push(write_config(folder, &config, model, &recording)?);
         }
+        let content = Page {
+            title: title.into(),
+            summary: tables::page_summary(&record),
+            command: call(),
+            parts: tables::page_parts(title, &record)?,
+            config: resolved,
+        };
+        write_page(folder, &content)?;
     }
     if arguments.json {
         print(&format!("{}\n", tables::json(&record, seconds)?))?;
@@ -182,9 +194,10 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Plays the trials of the usual line-up, with a bar.
-pub(super) fn play(models: &[&Model], parts: &Parts, config: &LocaliseConfig) -> Result<Record> {
-    with_bar(|progress| localisation::localise(models, parts, config, progress))
+/// Plays the trials of the usual line-up, with a bar; beliefs are kept for those who want to watch them.
+pub(super) fn play(mut context: MethodContext, keeps_beliefs: bool) -> Result<Record> {
+    context.keeps_beliefs = keeps_beliefs;
+    with_bar(|progress| localisation::play_line_up(&context, progress))
 }
 
 /// Plays trials, with a bar.
@@ -209,8 +222,11 @@ pub(super) fn with_bar(
     Ok(record)
 }
 
-/// Table, curves and pictures of a record, in a folder that exists.
+/// Table, curves, pictures and kept beliefs of a record, in a folder that exists.
 pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Result<()> {
+    if let Some(beliefs) = &record.beliefs {
+        write_json(&folder.join("player.json"), beliefs)?;
+    }
     write_text(
         &folder.join("localisation.csv"),
         &tables::figures(record).csv(),
@@ -240,13 +256,14 @@ pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Resul
     write_text(&folder.join("tracking_error.svg"), &known)
 }
 
-/// All that decided the result: configuration, motion model, model and data, and the version that computed it.
+/// All that decided the result: configuration, motion model, model and data, and the version that computed it. Written to a file,
+/// whose name is returned with its text.
 pub(super) fn write_config(
     folder: &Path,
     config: &LocaliseConfig,
     model: &Model,
     dataset: &Recording,
-) -> Result<()> {
+) -> Result<(String, String)> {
     let resolved = serde_json::json!({
         "crate_version": env!("CARGO_PKG_VERSION"),
         "localise": config,
@@ -255,10 +272,10 @@ pub(super) fn write_config(
         "degraded": dataset.columns().degraded,
         "model": model.header,
     });
-    write_text(
-        &folder.join(format!("config-{}.json", model.header.prior)),
-        &format!("{resolved:#}\n"),
-    )
+    let name = format!("config-{}.json", model.header.prior);
+    let text = format!("{resolved:#}\n");
+    write_text(&folder.join(&name), &text)?;
+    Ok((name, text))
 }
 
 pub(super) fn write_text(path: &Path, text: &str) -> Result<()> {

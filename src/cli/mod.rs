@@ -11,6 +11,7 @@ mod import;
 mod interrupt;
 mod lifelong;
 mod localise;
+mod page;
 mod pretrain;
 mod progress;
 mod reproduce;
@@ -81,6 +82,7 @@ pub fn run_with(arguments: Vec<OsString>) -> u8 {
     ignore_file_size_signal();
     let words = arguments.iter().map(|a| a.to_string_lossy().into_owned());
     let color = terminal::color_of(words);
+    page::remember(&arguments);
     let command = || Arguments::command().color(color);
     let parsed = command().try_get_matches_from(arguments);
     let parsed = parsed.and_then(|matches| Arguments::from_arg_matches(&matches));

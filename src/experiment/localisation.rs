@@ -9,6 +9,7 @@ pub use super::localisation_record::{
 };
 
 use super::{
+    belief_traces::Watch,
     confidence::confidence,
     convergence::{Answers, Row, converged_at_m, error_curve, mean_below_1m, median_distance_m},
     correction::correction,
@@ -48,7 +49,7 @@ pub fn localise(
     config: &LocaliseConfig,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Record> {
-    played_by(&MethodContext::new(models, parts, config)?, progress)
+    play_line_up(&MethodContext::new(models, parts, config)?, progress)
 }
 
 /// The same of a bank: its sets alone, and what it makes of them.
@@ -62,13 +63,17 @@ pub fn localise_bank(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Record> {
     let sets: Vec<&Model> = bank.sets().iter().collect();
-    played_by(
+    play_line_up(
         &MethodContext::of_bank(&sets, bank.run(), parts, config)?,
         progress,
     )
 }
 
-fn played_by(context: &MethodContext, progress: &mut dyn FnMut(Progress)) -> Result<Record> {
+/// Plays all trials with the [default line-up](line_up) of a context's models.
+///
+/// # Errors
+/// As [`localise`].
+pub fn play_line_up(context: &MethodContext, progress: &mut dyn FnMut(Progress)) -> Result<Record> {
     let methods = line_up(context)?;
     let record = play(context, methods, progress)?;
     // A rival may be left out; the models are what was asked about.
@@ -115,6 +120,7 @@ pub fn play(
     let all = methods.len();
     let (mut results, mut left_out) = (Vec::new(), Vec::new());
     let (mut figures, mut timing) = (Vec::new(), Timing::default());
+    let mut watch = context.keeps_beliefs.then(|| Watch::new(context, &trials));
     for (done, method) in methods.into_iter().enumerate() {
         progress(Progress {
             done,
@@ -122,7 +128,7 @@ pub fn play(
             next: &method.title,
         });
         let (name, title) = (method.name.clone(), method.title.clone());
-        match played(context, method, &trials) {
+        match played(context, method, &trials, watch.as_mut()) {
             Ok(played) => {
                 let (answers, spacing_m) = (&played.answers, context.config.spacing_m);
                 figures.push(FiguresOfTrials::new(&name, &trials, answers, spacing_m));
@@ -156,6 +162,7 @@ pub fn play(
         paired_tests: paired_tests(&figures, &trials, context.config.resamples, context.seed()),
         timing,
         left_out,
+        beliefs: watch.map(Watch::finished),
     })
 }
 
@@ -168,7 +175,12 @@ struct Played {
     step: Option<StepTime>,
 }
 
-fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<Played> {
+fn played(
+    context: &MethodContext,
+    method: Method,
+    trials: &[Trial],
+    watch: Option<&mut Watch>,
+) -> Result<Played> {
     let scale = evidence_scale(&method, context)?;
     let play = |known_start: bool| answers(&method, trials, context, scale, known_start);
     let (anywhere, known) = (play(false)?, play(true)?);
@@ -193,6 +205,9 @@ fn played(context: &MethodContext, method: Method, trials: &[Trial]) -> Result<P
     let scores = context.priors.iter().zip(&method.held_out);
     let lost = tuned_lost(&method, context, scale)?;
     let kidnapped = kidnapping::kidnapped(&method, trials, context, scale, lost.as_ref())?;
+    if let Some(watch) = watch {
+        watch.note(&method, &anywhere, scale, lost.as_ref())?;
+    }
     let places = context.grid.len() / context.grid.headings();
     let is_grid_filter = method.answers.is_grid_filter();
     let result = MethodResult {

@@ -1,6 +1,7 @@
 //! What came of localisation trials: figures of every method, as tables and JSON show them.
 
 use super::{
+    belief_traces::BeliefTraces,
     confidence::Confidence,
     convergence::{REPORTED_AT_M, Row},
     correction::Correction,
@@ -197,11 +198,24 @@ pub struct Record {
     /// Every other method against the first.
     #[serde(default)]
     pub paired_tests: Vec<PairedTest>,
+    /// What the methods believed along a few trials, where that was to be kept. In a file of its own, as it is long.
+    #[serde(skip)]
+    pub beliefs: Option<BeliefTraces>,
     /// How long the methods took.
     #[serde(skip)]
     pub timing: Timing,
     /// Methods that could not be made.
     pub left_out: Vec<LeftOut>,
+}
+
+impl Record {
+    /// Keeps the methods of some names only.
+    pub fn retain(&mut self, is_kept: impl Fn(&str) -> bool) {
+        self.results.retain(|result| is_kept(&result.name));
+        if let Some(beliefs) = &mut self.beliefs {
+            beliefs.retain(is_kept);
+        }
+    }
 }
 
 /// Wall clock, which differs from call to call: records are equal whatever theirs is, and have none in their JSON.

@@ -41,7 +41,7 @@ pub(super) struct RangeMaps<'a, 'b> {
     /// Of the sensors that the models work from.
     sensors: RangeSensors,
     /// The map that was given; else those that the training scans draw, those of [`drawn_maps`].
-    maps: Vec<OccupancyMap>,
+    maps: Vec<Arc<OccupancyMap>>,
     /// Pose of each training place.
     training: Vec<Vec<Pose>>,
 }
@@ -49,7 +49,7 @@ pub(super) struct RangeMaps<'a, 'b> {
 /// A likelihood field, and what its map takes on a robot.
 pub(super) struct Field {
     field: Arc<LikelihoodField>,
-    map_bytes: usize,
+    map: Arc<OccupancyMap>,
 }
 
 impl<'a, 'b> RangeMaps<'a, 'b> {
@@ -77,7 +77,7 @@ impl<'a, 'b> RangeMaps<'a, 'b> {
         Ok(Some(Self {
             context,
             sensors,
-            maps,
+            maps: maps.into_iter().map(Arc::new).collect(),
             training: training.iter().map(|&k| vec![poses[k]]).collect(),
         }))
     }
@@ -87,7 +87,7 @@ impl<'a, 'b> RangeMaps<'a, 'b> {
     /// # Errors
     /// Where a map gives no field, or the validation part can't be asked.
     pub fn field(&self) -> Result<Field> {
-        let of = |map: &OccupancyMap, deviation_m: f64| {
+        let of = |map: &Arc<OccupancyMap>, deviation_m: f64| {
             let config = LikelihoodFieldConfig {
                 deviation_m,
                 sensors: self.sensors.clone(),
@@ -95,8 +95,8 @@ impl<'a, 'b> RangeMaps<'a, 'b> {
             };
             let field = Arc::new(LikelihoodField::new(map, &config)?);
             let alone = LikelihoodFieldModel::at_poses(&field, self.training.clone())?;
-            let map_bytes = map.bytes();
-            Ok((Field { field, map_bytes }, alone))
+            let map = Arc::clone(map);
+            Ok((Field { field, map }, alone))
         };
         let of = &of;
         let maps = self.maps.iter();
@@ -109,14 +109,17 @@ impl<'a, 'b> RangeMaps<'a, 'b> {
     /// # Errors
     /// Where the grid is too large, or the sensor model fails.
     pub fn in_filter(&self, field: &Field) -> Result<Method<'a>> {
-        let Field { field, map_bytes } = field;
+        let Field { field, map } = field;
         let alone = LikelihoodFieldModel::at_poses(field, self.training.clone())?;
         let at_cells = match self.poses_of_cells() {
             None => LikelihoodFieldModel::over_grid(field, &self.context.grid)?,
             Some(poses) => LikelihoodFieldModel::at_poses(field, poses)?,
         };
         let labels = ("likelihood_field", MAP);
-        self.method(labels, &alone, Box::new(at_cells), *map_bytes)
+        Ok(Method {
+            plan: Some(Arc::clone(map)),
+            ..self.method(labels, &alone, Box::new(at_cells), map.bytes())?
+        })
     }
 
     /// The beam model in the filter, on scans rendered from the map. Which map, and whether scans in it are rendered with cones or
@@ -174,7 +177,7 @@ impl<'a, 'b> RangeMaps<'a, 'b> {
         };
         let title = format!("map, {},000 particles", particles / 1000);
         Ok(Some(Method {
-            other_bytes: field.map_bytes,
+            other_bytes: field.map.bytes(),
             ..context.localiser(&name, &title, Box::new(localiser))
         }))
     }

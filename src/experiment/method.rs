@@ -7,6 +7,7 @@ use crate::{
     error::Result,
     learning::error_reduction::ErrorReduction,
     localiser::{Localiser, PreparedSensorModel, SensorModel},
+    mapping::OccupancyMap,
     recording::Recording,
 };
 use ndarray::Array2;
@@ -43,6 +44,8 @@ pub struct Method<'a> {
     pub held_out: Vec<ErrorReduction>,
     /// What it says of single snapshots, where that is kept for products.
     pub single_snapshots: Option<Arc<SingleSnapshots>>,
+    /// The map that it works from, where that is an occupancy map.
+    pub plan: Option<Arc<OccupancyMap>>,
     /// Who answers.
     pub answers: AnswersBy<'a>,
 }
@@ -123,6 +126,7 @@ pub(super) fn method<'a>(
         motion: None,
         held_out: Vec::new(),
         single_snapshots: None,
+        plan: None,
         answers,
     }
 }

@@ -61,6 +61,8 @@ pub struct MethodContext<'a> {
     pub cells: Arc<Neighbours>,
     /// Priors for the single-snapshot figures: ±2 m, global, and what the models were trained for.
     pub priors: Vec<Uncertainty>,
+    /// Are beliefs kept along a few trials, for readers to watch ([`Record::beliefs`](super::localisation::Record::beliefs))?
+    pub keeps_beliefs: bool,
 }
 
 impl<'a> MethodContext<'a> {
@@ -129,6 +131,7 @@ impl<'a> MethodContext<'a> {
             grid,
             cells,
             priors: vec!["2m".parse()?, Uncertainty::Global],
+            keeps_beliefs: false,
         })
     }
 

@@ -2,6 +2,7 @@
 
 pub mod adaptation;
 mod bank_row;
+pub mod belief_traces;
 mod carried;
 pub mod compare;
 pub mod confidence;

@@ -234,7 +234,7 @@ fn turn_rad(heading_rad: f64, truth: &Pose) -> f64 {
 }
 
 /// The place of a localiser's answer: its estimate, else the likeliest of its posterior; none where it has no answer.
-fn estimate(step: &Step) -> Result<Option<[f64; 2]>> {
+pub(super) fn estimate(step: &Step) -> Result<Option<[f64; 2]>> {
     match &step.estimate {
         Some(Estimate::Place(place)) => Ok(Some(*place)),
         Some(Estimate::Class(class)) => Err(Error::work(format!(

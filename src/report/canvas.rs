@@ -37,6 +37,19 @@ pub(super) fn dash(curve: usize) -> Option<(u32, u32)> {
     DASHES[curve % DASHES.len()].map(|(dash, gap)| (px(dash), px(gap)))
 }
 
+/// The colours as a browser names them, in the order of the curves.
+pub(super) fn colours_in_words() -> Vec<String> {
+    let word = |c: &RGBColor| format!("#{:02X}{:02X}{:02X}", c.0, c.1, c.2);
+    COLOURS.iter().map(word).collect()
+}
+
+/// Dash and gap of each curve in turn, in pixels; empty for a full line.
+pub(super) fn dashes() -> Vec<Vec<u32>> {
+    let lengths =
+        |dash: &Option<(u32, u32)>| dash.map_or(Vec::new(), |(dash, gap)| vec![dash, gap]);
+    DASHES.iter().map(lengths).collect()
+}
+
 /// Pixels of the picture in the backend's finer units.
 pub(super) const fn px(pixels: u32) -> u32 {
     pixels * FINENESS

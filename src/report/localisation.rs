@@ -1,17 +1,21 @@
 //! What localisation trials gave, for readers: one table, the curves as CSV, and their picture.
 
+mod beliefs;
 mod best_rival;
 mod confidence;
 mod correction;
 mod json;
 mod kidnapping;
+mod on_page;
 mod risk_plot;
 mod trial_figures;
 
+pub use beliefs::belief_parts;
 pub use confidence::{confidence, confidence_figures};
 pub use correction::{correction, correction_figures};
 pub use json::json;
 pub use kidnapping::{kidnapping, kidnapping_figures};
+pub use on_page::{page_parts, page_summary};
 pub use risk_plot::risk_coverage_plot;
 pub use trial_figures::{paired, risk_coverage};
 

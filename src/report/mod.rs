@@ -1,4 +1,4 @@
-//! Results as tables and pictures: values in, text out (plain, CSV, Markdown, LaTeX, SVG); the caller writes the files.
+//! Results as tables, pictures and pages: values in, text out (plain, CSV, Markdown, LaTeX, SVG, HTML); the caller writes the files.
 
 pub mod adaptation;
 mod canvas;
@@ -7,6 +7,7 @@ mod latex;
 mod legend;
 pub mod lifelong;
 pub mod localisation;
+mod page;
 mod paper;
 mod plan;
 mod plane;
@@ -15,11 +16,13 @@ mod price;
 pub mod reproduction;
 pub mod ruizmayor2006;
 mod scatter;
+mod still;
 mod table;
 pub mod thrun1998;
 mod trajectory;
 mod verdict;
 
+pub use page::{Page, Part, page, player};
 pub use plan::{Plan, PlanLine, plan_plot};
 pub use plot::{Curve, Panel, Trace, category_plot, framed_plot, line_plot, stacked_plot};
 pub use price::{Priced, price_plot};

@@ -11,6 +11,8 @@ pub enum Cell {
     Number(f64, usize),
     /// A number that rests on little, marked for readers with an asterisk; say why in the caption. CSV has the number alone.
     Uncertain(f64, usize),
+    /// A number with the ends of its interval, shown with so many decimals. CSV has the number alone.
+    Interval(f64, [f64; 2], usize),
     /// A count.
     Count(u64),
     /// No value: a dash for readers, nothing in CSV. Say why in the caption.
@@ -23,6 +25,14 @@ impl Cell {
     /// A number with that many decimals, or a missing value.
     pub fn number(value: Option<f64>, decimals: usize) -> Self {
         value.map_or(Cell::Missing, |value| Cell::Number(value, decimals))
+    }
+
+    /// A number with its interval, alone where there is none, or a missing value.
+    pub fn interval(value: Option<f64>, ends: Option<[f64; 2]>, decimals: usize) -> Self {
+        match (value, ends) {
+            (Some(value), Some(ends)) => Cell::Interval(value, ends, decimals),
+            (value, _) => Cell::number(value, decimals),
+        }
     }
 
     fn shown(&self) -> String {
@@ -39,8 +49,14 @@ impl Cell {
             Cell::Uncertain(value, decimals) if value.is_finite() => {
                 Cell::Number(*value, *decimals).shown() + "*"
             }
+            Cell::Interval(value, [low, high], decimals) if value.is_finite() => {
+                let shown = |end: f64| Cell::Number(end, *decimals).shown();
+                format!("{} [{}, {}]", shown(*value), shown(*low), shown(*high))
+            }
             Cell::Count(count) => count.to_string(),
-            Cell::Number(..) | Cell::Uncertain(..) | Cell::Missing => "–".to_string(),
+            Cell::Number(..) | Cell::Uncertain(..) | Cell::Interval(..) | Cell::Missing => {
+                "–".to_string()
+            }
             Cell::Failed(note) => format!("failed [{note}]"),
         }
     }
@@ -48,11 +64,15 @@ impl Cell {
     fn in_csv(&self) -> String {
         match self {
             Cell::Text(text) => quoted(text),
-            Cell::Number(value, _) | Cell::Uncertain(value, _) if value.is_finite() => {
+            Cell::Number(value, _) | Cell::Uncertain(value, _) | Cell::Interval(value, ..)
+                if value.is_finite() =>
+            {
                 value.to_string()
             }
             Cell::Count(count) => count.to_string(),
-            Cell::Number(..) | Cell::Uncertain(..) | Cell::Missing => String::new(),
+            Cell::Number(..) | Cell::Uncertain(..) | Cell::Interval(..) | Cell::Missing => {
+                String::new()
+            }
             Cell::Failed(_) => "failed".to_string(),
         }
     }
@@ -121,7 +141,7 @@ impl Table {
     }
 
     /// What stands below the table: footnotes, then the caption.
-    fn below(&self) -> impl Iterator<Item = String> {
+    pub(super) fn below(&self) -> impl Iterator<Item = String> {
         let numbered = |(index, words): (usize, &String)| format!("[{}] {words}", index + 1);
         let footnotes = self.footnotes.iter().enumerate().map(numbered);
         footnotes.chain(self.caption.iter().cloned())
@@ -207,7 +227,7 @@ impl Table {
     }
 
     /// Headers and cells as a reader sees them.
-    fn shown(&self) -> Vec<Vec<String>> {
+    pub(super) fn shown(&self) -> Vec<Vec<String>> {
         let rows = self
             .rows
             .iter()
@@ -216,7 +236,7 @@ impl Table {
     }
 
     /// Does a column hold numbers and nothing else?
-    fn is_numeric(&self, column: usize) -> bool {
+    pub(super) fn is_numeric(&self, column: usize) -> bool {
         !self.rows.is_empty()
             && !self
                 .rows
@@ -256,6 +276,19 @@ mod tests {
         table.row([Cell::Number(-0.001, 2), Cell::number(Some(0.1 + 0.2), 1)]);
         assert_eq!(table.text(), "   a    b\n----  ---\n   –    –\n0.00  0.3\n");
         assert_eq!(table.csv(), "a,b\n,\n-0.001,0.30000000000000004\n");
+    }
+
+    #[test]
+    fn intervals_stand_behind_their_numbers() {
+        let mut table = Table::new(["a", "b", "c"]);
+        table.row([
+            Cell::interval(Some(1.25), Some([-0.001, 2.0]), 1),
+            Cell::interval(Some(1.25), None, 1),
+            Cell::interval(None, None, 1),
+        ]);
+        let text = table.text();
+        assert!(text.ends_with("1.2 [0.0, 2.0]  1.2  –\n"), "{text}");
+        assert_eq!(table.csv(), "a,b,c\n1.25,1.25,\n");
     }
 
     #[test]

@@ -5,6 +5,19 @@ use crate::experiment::{
     paired_trials::SURE_P,
 };
 
+/// The best of those that learn nothing: the one that finds the robot soonest; none where there is no such rival.
+fn best(record: &Record) -> Option<&PairedTest> {
+    let rivals = record.paired_tests.iter();
+    let rivals = rivals.filter(|test| !test.name.starts_with("learned"));
+    let metres = |test: &PairedTest| test.distance_difference_m.unwrap_or(f64::INFINITY);
+    rivals.min_by(|a, b| metres(a).total_cmp(&metres(b)))
+}
+
+/// Its key in results.
+pub(super) fn name(record: &Record) -> Option<&str> {
+    best(record).map(|test| test.name.as_str())
+}
+
 /// Does the first method find the robot sooner than the rival that finds it soonest? None where there is no such rival.
 pub(super) fn in_words(record: &Record) -> Option<String> {
     let title = |name: &str| {
@@ -12,10 +25,7 @@ pub(super) fn in_words(record: &Record) -> Option<String> {
         let found = results.find(|result| result.name == name)?;
         Some(found.title.clone())
     };
-    let rivals = record.paired_tests.iter();
-    let rivals = rivals.filter(|test| !test.name.starts_with("learned"));
-    let metres = |test: &PairedTest| test.distance_difference_m.unwrap_or(f64::INFINITY);
-    let best = rivals.min_by(|a, b| metres(a).total_cmp(&metres(b)))?;
+    let best = best(record)?;
     let (first, second) = (title(&best.against)?, title(&best.name)?);
     // The rival's metres less the first one's.
     let found = match best.distance_difference_m? {
