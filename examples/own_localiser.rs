@@ -180,6 +180,7 @@ pub fn main() -> Result<()> {
     let folders = Folders {
         configuration: here,
         models: &models,
+        keeps_beliefs: false,
     };
     let comparison = compare(&config, folders, &mut |_| ())?;
     assert!(comparison.record.failures().is_empty());

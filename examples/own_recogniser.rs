@@ -157,6 +157,7 @@ pub fn main() -> Result<()> {
     let folders = Folders {
         configuration: here,
         models: &models,
+        keeps_beliefs: false,
     };
     let by_value = compare(&config, folders, &mut |_| ())?;
     for sheet in ballmark::report::comparison::sheets(&by_value) {

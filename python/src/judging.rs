@@ -92,6 +92,7 @@ pub fn compare(
     let folders = Folders {
         configuration: config.parent().unwrap_or(std::path::Path::new("")),
         models: models.as_deref().unwrap_or(temporary.path()),
+        keeps_beliefs: false,
     };
     let mut waiting = Waiting::new(on_progress);
     let compared = py.detach(|| {

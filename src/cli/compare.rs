@@ -1,6 +1,6 @@
 //! `ballmark compare`: any systems on any datasets, each asked the same.
 
-use super::{Outcome, localise::write_text, print, progress::Progress, warn};
+use super::{Outcome, localise::write_text, page::write_page, print, progress::Progress, warn};
 use crate::{
     error::{Error, Result},
     experiment::compare::{
@@ -8,7 +8,12 @@ use crate::{
     },
     experiment::sensor_models::Landmarks,
     localiser, recogniser,
-    report::comparison::{Reader, Sheet, caption_lines, pictures, sheets},
+    report::{
+        Page,
+        comparison::{
+            Reader, Sheet, caption_lines, comparison_parts, comparison_summary, pictures, sheets,
+        },
+    },
     storage,
 };
 use std::path::{Path, PathBuf};
@@ -25,8 +30,8 @@ pub struct Arguments {
     /// What is compared with what; file names in it are relative to it.
     #[arg(value_name = "C.toml", required_unless_present = "redraw")]
     config: Option<PathBuf>,
-    /// Folder for the record (JSON), the tables (CSV, Markdown, LaTeX), the pictures (SVG), the trained models and the
-    /// resolved configuration.
+    /// Folder for a page to look at (index.html), the record (JSON), the tables (text, CSV, Markdown, LaTeX), the pictures (SVG), the
+    /// trained models and the resolved configuration.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// The one seed of the run, in place of the configuration's.
@@ -35,7 +40,8 @@ pub struct Arguments {
     /// Few trials, resamples and steps of training only: does it work here? The figures mean little.
     #[arg(long)]
     toy: bool,
-    /// Draw tables and pictures again from this record (`comparison.json`), without the data.
+    /// Draw page, tables and pictures again from this record (`comparison.json`), without the data. The page has the player
+    /// where the record's `player.json` lies beside it.
     #[arg(long, value_name = "RECORD.json", conflicts_with_all = ["config", "seed", "toy"])]
     redraw: Option<PathBuf>,
     /// One JSON object, the whole record, instead of tables.
@@ -120,6 +126,10 @@ pub(super) fn tell(
         if is_new {
             write_json(&folder.join("comparison.json"), comparison)?;
             write_json(&folder.join("config.json"), &resolved(record))?;
+            let beliefs = comparison.beliefs();
+            if beliefs.iter().any(Option::is_some) {
+                write_json(&folder.join(PLAYER), &beliefs)?;
+            }
         }
         write_tables(folder, comparison, &sheets)?;
     }
@@ -189,6 +199,7 @@ pub(super) fn compared(
     let folders = Folders {
         configuration: file.parent().unwrap_or(Path::new("")),
         models,
+        keeps_beliefs: out.is_some(),
     };
     let mut progress: Option<Progress> = None;
     let compared = compare(&config, folders, &mut |at| {
@@ -205,8 +216,20 @@ fn read(file: &Path) -> Result<Comparison> {
     let expected = "expected `comparison.json` of `ballmark compare` of this version";
     let wrong = |fault: String| Error::file(file, format!("{fault}; {expected}"));
     let read = serde_json::from_slice(&storage::read_file(file)?);
-    let comparison: Comparison = read.map_err(|e| wrong(e.to_string()))?;
+    let mut comparison: Comparison = read.map_err(|e| wrong(e.to_string()))?;
     comparison.check().map_err(wrong)?;
+    let player = file.with_file_name(PLAYER);
+    if player.is_file() {
+        let wrong = |fault: String| {
+            Error::file(
+                &player,
+                format!("{fault}; expected what a comparison wrote beside its record"),
+            )
+        };
+        let beliefs = serde_json::from_slice(&storage::read_file(&player)?);
+        let beliefs = beliefs.map_err(|e| wrong(e.to_string()))?;
+        comparison.set_beliefs(beliefs).map_err(wrong)?;
+    }
     Ok(comparison)
 }
 
@@ -230,15 +253,34 @@ fn resolved(record: &ComparisonRecord) -> serde_json::Value {
     })
 }
 
-/// Every table in every format, and every picture.
+/// Every table in every format, every picture, and the page.
 fn write_tables(folder: &Path, comparison: &Comparison, sheets: &[Sheet]) -> Result<()> {
     let pictures = pictures(comparison)?; // one that can't be drawn is an error before anything is written
     write_sheets(folder, sheets, &caption_lines(&comparison.record))?;
     for (name, svg) in pictures {
         write_text(&folder.join(format!("{name}.svg")), &svg)?;
     }
-    Ok(())
+    let names: Vec<&str> = comparison
+        .record
+        .datasets
+        .iter()
+        .map(|d| d.name.as_str())
+        .collect();
+    let content = Page {
+        title: format!("Comparison on {}", names.join(", ")),
+        summary: comparison_summary(comparison),
+        parts: comparison_parts(comparison, &caption_lines(&comparison.record))?,
+        config: vec![(
+            "Configuration, resolved".into(),
+            format!("{:#}\n", resolved(&comparison.record)),
+        )],
+        ..Page::default()
+    };
+    write_page(folder, &content)
 }
+
+/// What the beliefs of a comparison are called, one entry a dataset.
+const PLAYER: &str = "player.json";
 
 /// Every table in every format, with what holds for all of them below it.
 pub(super) fn write_sheets(folder: &Path, sheets: &[Sheet], captions: &[String]) -> Result<()> {
@@ -249,6 +291,8 @@ pub(super) fn write_sheets(folder: &Path, sheets: &[Sheet], captions: &[String])
         if sheet.reader == Reader::Programs {
             continue;
         }
+        let text = format!("{}\n\n{}", sheet.title, table.text());
+        write_text(&folder.join(format!("{}.txt", sheet.name)), &text)?;
         table.caption(&sheet.title);
         for line in captions {
             table.caption(line);

@@ -20,6 +20,7 @@ mod simulate;
 mod terminal;
 mod train;
 mod trajectory;
+mod view;
 
 use crate::error::{Error, Result};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -58,6 +59,7 @@ enum Command {
     Trajectory(trajectory::Arguments),
     Reproduce(reproduce::Arguments),
     Lifelong(lifelong::Arguments),
+    View(view::Arguments),
     Completions(completions::Completions),
     Man(completions::Man),
 }
@@ -109,6 +111,7 @@ pub fn run_with(arguments: Vec<OsString>) -> u8 {
         Command::Trajectory(arguments) => trajectory::run(arguments),
         Command::Reproduce(arguments) => reproduce::run(arguments),
         Command::Lifelong(arguments) => lifelong::run(arguments),
+        Command::View(arguments) => view::run(&arguments),
         Command::Completions(arguments) => completions::completions(&arguments, command()),
         Command::Man(arguments) => completions::man(&arguments, command()),
     };

@@ -4,6 +4,7 @@ use super::{
     Outcome,
     compare::{in_json, make_writable, sheets_text, write_json, write_sheets},
     localise::write_text,
+    page::write_page,
     print,
     progress::Progress,
     warn,
@@ -16,7 +17,11 @@ use crate::{
         ruizmayor2006::{self, Ruizmayor2006Config},
         thrun1998::{self, Thrun1998Config},
     },
-    report::{self, comparison::Sheet, reproduction},
+    report::{
+        self, Page,
+        comparison::{Sheet, sheet_parts},
+        reproduction,
+    },
 };
 use std::path::{Path, PathBuf};
 
@@ -37,7 +42,8 @@ pub struct Arguments {
     /// thrun1998, duckett1998, duckett2000 or ruizmayor2006.
     #[arg(value_name = "PAPER", required_unless_present = "redraw")]
     paper: Option<Paper>,
-    /// Folder for the record (JSON), the tables (CSV, Markdown, LaTeX), the pictures (SVG) and the resolved configuration.
+    /// Folder for a page to look at (index.html), the record (JSON), the tables (text, CSV, Markdown, LaTeX), the pictures (SVG)
+    /// and the resolved configuration.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// The one seed of the run, or the first of ten: worlds, learning, permutations, resamples.
@@ -125,9 +131,16 @@ fn tell(
             write_json(&folder.join("config.json"), &resolved(reproduction))?;
         }
         write_sheets(folder, &sheets, &captions)?;
-        for (name, svg) in reproduction::pictures(reproduction)? {
-            write_text(&folder.join(format!("{name}.svg")), &svg)?;
+        let pictures = reproduction::pictures(reproduction)?;
+        for (name, svg) in &pictures {
+            write_text(&folder.join(format!("{name}.svg")), svg)?;
         }
+        let title = format!("{} reproduced", reproduction.paper);
+        let resolved = format!("{:#}\n", resolved(reproduction));
+        write_page(
+            folder,
+            &content(title, &sheets, pictures, &captions, resolved),
+        )?;
     }
     match json {
         true => print(&(in_json(reproduction)? + "\n"))?,
@@ -213,6 +226,25 @@ fn ruizmayor2006(arguments: &Arguments, worlds: &Path, out: Option<&Path>) -> Re
     )
 }
 
+/// What the page of a reproduction shows.
+fn content(
+    title: String,
+    sheets: &[Sheet],
+    pictures: Vec<(String, String)>,
+    captions: &[String],
+    resolved: String,
+) -> Page {
+    Page {
+        title,
+        summary: vec![
+            "The paper's experiment on simulated worlds, its figures and ours side by side.".into(),
+        ],
+        parts: sheet_parts(sheets, pictures, captions),
+        config: vec![("Configuration, resolved".into(), resolved)],
+        ..Page::default()
+    }
+}
+
 /// Prints the tables, or the record as JSON, and writes everything to a folder.
 fn write_and_print(
     name: &str,
@@ -225,9 +257,13 @@ fn write_and_print(
         write_json(&folder.join(format!("{name}.json")), record)?;
         write_json(&folder.join("config.json"), config)?;
         write_sheets(folder, sheets, &[])?;
-        for (name, svg) in pictures {
-            write_text(&folder.join(format!("{name}.svg")), &svg)?;
+        for (name, svg) in &pictures {
+            write_text(&folder.join(format!("{name}.svg")), svg)?;
         }
+        let resolved = serde_json::to_string_pretty(config);
+        let resolved = resolved.map_err(|e| Error::work(format!("configuration: {e}")))?;
+        let title = format!("{name} reproduced");
+        write_page(folder, &content(title, sheets, pictures, &[], resolved))?;
     }
     match json {
         true => print(&(in_json(record)? + "\n"))?,

@@ -1,13 +1,23 @@
 //! `ballmark score`: judges anyone's responses.
 
-use super::{Outcome, print, warn};
+use super::{
+    Outcome,
+    compare::{make_writable, write_json, write_sheets},
+    localise::write_text,
+    page::write_page,
+    print, warn,
+};
 use crate::{
     error::{Error, Result},
-    report::{Table, verdict_tables},
+    report::{
+        Page, Part, Table,
+        comparison::{Reader, Sheet},
+        contingency_plot, verdict_in_words, verdict_tables,
+    },
     score::{ColumnNames, Effort, Responses, Verdict},
     seed::Seed,
 };
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Judge responses: how much do they tell about the true location?
 ///
@@ -39,6 +49,10 @@ pub struct Arguments {
     /// Optional column of the metres travelled.
     #[arg(long, value_name = "NAME", default_value = "distance_m")]
     distance: String,
+    /// Folder for a page to look at (index.html), the verdict (JSON), the tables (text, CSV, Markdown, LaTeX) and the picture of
+    /// responses against locations (SVG).
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// One JSON object instead of tables.
     #[arg(long)]
     json: bool,
@@ -56,6 +70,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
+    if let Some(folder) = &arguments.out {
+        make_writable(folder)?; // a wrong name fails now
+    }
     let names = ColumnNames {
         response: arguments.response,
         location: arguments.location,
@@ -72,6 +89,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         .notes
         .iter()
         .for_each(|note| warn(&format!("note: {note}")));
+    if let Some(folder) = &arguments.out {
+        write(folder, &arguments.responses, &responses, &verdict)?;
+    }
     if arguments.json {
         let json = serde_json::to_string_pretty(&verdict)
             .map_err(|e| Error::work(format!("cannot write the result as JSON: {e}")))?;
@@ -81,4 +101,48 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         print(&tables.join("\n"))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Writes everything to a folder.
+fn write(folder: &Path, file: &Path, responses: &Responses, verdict: &Verdict) -> Result<()> {
+    write_json(&folder.join("score.json"), verdict)?;
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let titles = ["All rows", "By metres travelled"];
+    let names = ["score", "score-by-distance"];
+    let tables = verdict_tables(verdict)
+        .into_iter()
+        .zip(titles.into_iter().zip(names));
+    let sheets: Vec<Sheet> = tables
+        .map(|(table, (title, name))| Sheet {
+            name: name.into(),
+            title: title.into(),
+            table,
+            reader: Reader::Everyone,
+        })
+        .collect();
+    write_sheets(folder, &sheets, &[])?;
+    let svg = contingency_plot(&format!("Responses against locations: {name}"), responses)?;
+    write_text(&folder.join("contingency.svg"), &svg)?;
+    let caption = "Where each response was given: a row a location, a column a response; the darker, the larger the share of the \
+                   response's answers. Labels beyond the sixty most frequent are left out.";
+    let mut parts = vec![Part::picture(
+        format!("{caption} {}", verdict_in_words(verdict)),
+        format!(
+            "Contingency table as a heat map. {}",
+            verdict_in_words(verdict)
+        ),
+        svg,
+    )];
+    parts.extend(
+        sheets
+            .into_iter()
+            .map(|sheet| Part::table(sheet.title, sheet.table)),
+    );
+    let content = Page {
+        title: format!("What the responses of {name} tell about the place"),
+        summary: vec![verdict_in_words(verdict)],
+        parts,
+        ..Page::default()
+    };
+    write_page(folder, &content)
 }

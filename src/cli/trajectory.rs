@@ -153,13 +153,14 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     }
     let all = RunsEvaluation::of(judged, &options.metric)?;
     let framework = config.as_ref().map(|config| &config.framework);
-    let (json, mut text) = match (&all.runs[..], framework) {
+    let (json, tables) = match (&all.runs[..], framework) {
         ([run], None) => (
             to_json(&run.evaluation)?,
-            texts(&trajectory_tables(&run.evaluation)),
+            trajectory_tables(&run.evaluation),
         ),
-        _ => (to_json(&all)?, texts(&runs_tables(&all))),
+        _ => (to_json(&all)?, runs_tables(&all)),
     };
+    let mut text = texts(&tables);
     let mut json = json;
     if let Some(framework) = framework {
         json["framework"] = to_json(framework)?;
@@ -172,7 +173,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         text = format!("{text}\n{}", conditions_text(framework, &conditions));
     }
     if let Some(folder) = &arguments.report {
-        folder::write(folder, &all, &json, &text)?;
+        folder::write(folder, &all, &json, (&text, tables))?;
     }
     match arguments.json {
         true => print(&format!("{json:#}\n"))?,

@@ -193,6 +193,7 @@ pub fn reproduce(
     let folders = Folders {
         configuration: folder,
         models: folder,
+        keeps_beliefs: false,
     };
     // How far each seed is, and who is told.
     let report = Mutex::new((vec![0; seeds.count], progress));

@@ -3,6 +3,7 @@
 pub mod adaptation;
 mod canvas;
 pub mod comparison;
+mod contingency;
 mod latex;
 mod legend;
 pub mod lifelong;
@@ -22,6 +23,7 @@ pub mod thrun1998;
 mod trajectory;
 mod verdict;
 
+pub use contingency::contingency_plot;
 pub use page::{Page, Part, page, player};
 pub use plan::{Plan, PlanLine, plan_plot};
 pub use plot::{Curve, Panel, Trace, category_plot, framed_plot, line_plot, stacked_plot};
@@ -29,4 +31,4 @@ pub use price::{Priced, price_plot};
 pub use scatter::scatter_plot;
 pub use table::{Cell, Table};
 pub use trajectory::{conditions_text, runs_tables, traces_plot, trajectory_tables};
-pub use verdict::verdict_tables;
+pub use verdict::{verdict_in_words, verdict_tables};

@@ -33,7 +33,8 @@ pub(super) fn still(title: &str, traces: &BeliefTraces, shown: &[usize]) -> Resu
     let instants = steps.min(INSTANTS).max(1);
     let at_step = |column: usize| match instants {
         1 => 0,
-        _ => column * (steps - 1) / (instants - 1),
+        // Close together at first, when most is found out.
+        _ => column * column * (steps - 1) / ((instants - 1) * (instants - 1)),
     };
     let wide = (WIDTH - 20) / instants as u32 - 10;
     let high = match traces.is_route {

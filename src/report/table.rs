@@ -120,6 +120,11 @@ impl Table {
         self.rows.push(row);
     }
 
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
     /// Is there no row?
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()

@@ -10,6 +10,32 @@ pub fn verdict_tables(verdict: &Verdict) -> Vec<Table> {
     tables
 }
 
+/// The verdict in a sentence: U with its null and its interval.
+pub fn verdict_in_words(verdict: &Verdict) -> String {
+    let overall = &verdict.overall;
+    let Some(coefficient) = overall.uncertainty_coefficient else {
+        return "All rows have one location: there is nothing to tell about it.".into();
+    };
+    let mut words = format!(
+        "The responses take away {:.1} % of what is unknown of the location (U(L|R) = {coefficient:.3}, {} rows)",
+        100.0 * coefficient,
+        overall.n
+    );
+    if let Some(corrected) = overall.uncertainty_coefficient_corrected {
+        words += &format!("; corrected for chance U = {corrected:.3}");
+    }
+    if let Some([low, high]) = overall.ci95 {
+        words += &format!(", 95 % interval {low:.3} to {high:.3}");
+    }
+    if let Some(p) = overall.permutation_p {
+        words += &match p < 0.001 {
+            true => "; paired at random, as much is rarer than p = 0.001".to_string(),
+            false => format!("; paired at random, as much comes with p = {p:.3}"),
+        };
+    }
+    words + "."
+}
+
 fn overall(verdict: &Verdict) -> Table {
     let overall = &verdict.overall;
     let mut table = Table::new(["quantity", "value"]);

@@ -178,6 +178,8 @@ fn any_system_plays_and_who_cannot_is_named_in_its_cell() {
         "risk-coverage.csv",
         "risk-coverage.svg",
         "paired-trials.csv",
+        "player.json",
+        "index.html",
     ] {
         assert_eq!(read("one", file), read("two", file), "{file}");
     }
@@ -201,9 +203,18 @@ fn any_system_plays_and_who_cannot_is_named_in_its_cell() {
         "--out",
         "again",
     ]);
-    for file in ["localisation.csv", "error-by-distance.svg"] {
+    for file in ["localisation.csv", "error-by-distance.svg", "index.html"] {
         assert_eq!(read("one", file), read("again", file), "{file}");
     }
+    super::page::stands_alone(
+        &place.path("again/index.html"),
+        &["views of the query", "monte_carlo", "class=\"player\""],
+    );
+    // Beliefs that are another comparison's are refused by the file that they are in.
+    place.write("one/player.json", "[null, null]");
+    place
+        .ballmark(&["compare", "--redraw", "one/comparison.json"])
+        .refused(1, &["player.json", "beliefs of 2 datasets"]);
 }
 
 #[test]

@@ -455,6 +455,30 @@ fn the_demo_goes_all_the_way() {
     ] {
         assert!(place.path("here").join(file).exists(), "{file}");
     }
+    let html = super::page::stands_alone(
+        &place.path("here/index.html"),
+        &[
+            "demo --toy --out here",
+            "With people in the way",
+            "What filters trained for ±2 m answer",
+            "data:image/png",
+        ],
+    );
+    // The systems of the table, in its order: one colour a system.
+    let titles = super::page::played(&html)["traces"]["systems"].clone();
+    let titles = titles
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|system| system[1].as_str().unwrap());
+    let rows = answer
+        .stdout
+        .lines()
+        .skip_while(|line| !line.starts_with("---"))
+        .skip(1);
+    for (title, row) in titles.zip(rows) {
+        assert!(row.starts_with(title), "{title}: {row}");
+    }
     // What `localise --people` plays; what was learned is tuned as it was.
     let played = [
         "localise",

@@ -20,6 +20,7 @@ mod lifelong;
 mod limits;
 mod localise;
 mod model;
+mod page;
 mod pretrain;
 mod remembered;
 mod reproduce;

@@ -1,10 +1,10 @@
 //! What `--report` writes: everything that is known of some runs.
 
 use crate::{
-    cli::localise::write_text,
+    cli::{localise::write_text, page::write_page},
     error::Result,
     geometry::Pose,
-    report::{Cell, Table, traces_plot},
+    report::{Cell, Page, Part, Table, traces_plot},
     score::trajectory::{RunTraces, RunsEvaluation},
 };
 use std::{collections::BTreeSet, path::Path};
@@ -17,10 +17,18 @@ pub(super) fn write(
     folder: &Path,
     all: &RunsEvaluation,
     json: &serde_json::Value,
-    text: &str,
+    (text, tables): (&str, Vec<Table>),
 ) -> Result<()> {
     write_text(&folder.join("trajectory.json"), &format!("{json:#}\n"))?;
     write_text(&folder.join("trajectory.txt"), text)?;
+    let mut parts: Vec<Part> = tables
+        .into_iter()
+        .enumerate()
+        .map(|(number, table)| match number {
+            0 => Part::table("Errors", table),
+            _ => Part::table("More errors", table),
+        })
+        .collect();
     let mut names = BTreeSet::new();
     for (number, run) in all.runs.iter().enumerate() {
         let mut name = file_name(&run.name);
@@ -32,8 +40,26 @@ pub(super) fn write(
         write_text(&folder.join(format!("traces-{name}.csv")), &csv)?;
         let plot = traces_plot(&run.name, traces)?;
         write_text(&folder.join(format!("traces-{name}.svg")), &plot)?;
+        parts.push(Part::picture(
+            format!(
+                "The reference, the estimate and, where there is one, the prior: {}.",
+                run.name
+            ),
+            format!(
+                "Traces of {} in the plane; the figures are in the tables",
+                run.name
+            ),
+            plot,
+        ));
     }
-    Ok(())
+    let runs: Vec<&str> = all.runs.iter().map(|run| run.name.as_str()).collect();
+    let content = Page {
+        title: format!("Trajectories: {}", runs.join(", ")),
+        parts,
+        config: vec![("Result as text".into(), text.to_string())],
+        ..Page::default()
+    };
+    write_page(folder, &content)
 }
 
 /// What any file system takes of a name.

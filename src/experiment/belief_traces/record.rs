@@ -103,6 +103,49 @@ impl BeliefTraces {
             .for_each(|here| keep(&mut here.point_error_m, &kept));
     }
 
+    /// Do the parts fit together?
+    ///
+    /// # Errors
+    /// Where they don't, in words.
+    pub fn check(&self) -> std::result::Result<(), String> {
+        let numbers = if self.is_route { 1 } else { 2 };
+        let short = |place: &Vec<f64>| place.len() < numbers;
+        if self
+            .cells
+            .iter()
+            .chain(self.errors.iter().map(|here| &here.at))
+            .any(short)
+        {
+            return Err(format!("a place without {numbers} numbers"));
+        }
+        for trial in &self.trials {
+            let steps = trial.travelled_m.len();
+            let fits = |system: &TracedSystem| {
+                let bytes = unpacked(&system.mass).map(|bytes| bytes.len()).ok();
+                [
+                    system.answer.len(),
+                    system.expected_error_m.len(),
+                    system.point_error_m.len(),
+                ] == [steps; 3]
+                    && [system.entropy_nats.len(), system.is_lost.len()] == [steps; 2]
+                    && (bytes == Some(0) || bytes == Some(steps * self.cells.len()))
+                    && !system.answer.iter().flatten().any(short)
+            };
+            if steps == 0 || trial.truth.len() != steps || trial.truth.iter().any(short) {
+                return Err(format!("trial {}: steps without places", trial.number));
+            }
+            if trial.systems.len() != self.systems.len() || !trial.systems.iter().all(fits) {
+                return Err(format!(
+                    "trial {}: systems that don't fit to its {steps} steps",
+                    trial.number
+                ));
+            }
+        }
+        self.plan.as_ref().map_or(Ok(()), |plan| {
+            plan.bytes().map(drop).map_err(|e| e.to_string())
+        })
+    }
+
     /// What the squares hold after a step, each 0 to 255.
     ///
     /// # Errors
@@ -125,6 +168,7 @@ impl Plan {
 
     /// A map as it is kept.
     pub(super) fn of(map: &OccupancyMap) -> Self {
+        let map = &map.cropped();
         let [width, height] = map.size();
         let mut by = 1;
         while width.div_ceil(by) * height.div_ceil(by) > Self::MOST {

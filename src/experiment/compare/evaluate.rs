@@ -33,6 +33,8 @@ pub(super) struct Evaluator<'a, 'w> {
     pub config: &'a CompareConfig,
     /// Where files lie that systems name.
     pub folder: &'a Path,
+    /// Are beliefs kept along a few trials?
+    pub keeps_beliefs: bool,
     pub loaded: &'a LoadedDataset,
     /// The protocol, or why it can't be applied to the dataset.
     pub protocol: &'a Result<Protocol<'a>>,
@@ -55,6 +57,10 @@ impl Evaluator<'_, '_> {
             (Err(fault), _) => Err(Error::work(fault.to_string())),
             (Ok(_), None) => Err(Error::work("nothing to learn from")), // a protocol has a mapping part
         };
+        let context = context.map(|context| MethodContext {
+            keeps_beliefs: self.keeps_beliefs,
+            ..context
+        });
         if let Some(section) = &mut record.standard {
             // A dataset without room for a trial fails once, not once a system.
             let binning = self.binning(section.config.bin_m);

@@ -6,6 +6,7 @@
 //! A system that fails on a dataset has the reason in its cell, and the others go on; where the protocol can't be applied to
 //! a dataset, all its cells have the reason. The same configuration gives the same record, with any number of threads; only [`Timing`] differs.
 
+mod beliefs;
 mod config;
 mod dataset;
 mod dataset_config;
@@ -45,6 +46,8 @@ pub struct Folders<'a> {
     pub configuration: &'a Path,
     /// Where trained models go; made when there is one.
     pub models: &'a Path,
+    /// Are beliefs kept along a few localisation trials, for readers to watch ([`Record::beliefs`](crate::experiment::localisation::Record::beliefs))?
+    pub keeps_beliefs: bool,
 }
 
 /// Compares all systems on all datasets. `progress` is called as it goes on.
@@ -112,6 +115,7 @@ pub fn compare(
         let mut evaluator = Evaluator {
             config,
             folder: folders.configuration,
+            keeps_beliefs: folders.keeps_beliefs,
             loaded,
             protocol: &protocol,
             model_cache: ModelCache::new(folders.models, name),

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// The record of each dataset that has one: the dataset's number, the end of its files' names, and the record.
-fn records(record: &ComparisonRecord) -> Vec<(usize, String, &Record)> {
+pub(super) fn records(record: &ComparisonRecord) -> Vec<(usize, String, &Record)> {
     let Some(section) = &record.localisation else {
         return Vec::new();
     };

@@ -4,10 +4,12 @@ mod caption;
 mod cost;
 mod error_reduction;
 mod localisation;
+mod on_page;
 mod recognition;
 mod standard;
 
 pub use caption::caption_lines;
+pub use on_page::{comparison_parts, comparison_summary, sheet_parts};
 
 use super::{Cell, Table};
 use crate::{

@@ -17,14 +17,17 @@ pub fn page_summary(record: &Record) -> Vec<String> {
         return lines;
     };
     lines.push(format!(
-        "{} finds the robot, from a start anywhere, in {} of {} trials in {} stretches{}.",
+        "{} finds the robot, from a start anywhere, in {} of {} trials in {}{}.",
         first.title,
         share(
             first.global.converged_fraction,
             first.global.converged_fraction_ci95
         ),
         record.trials,
-        record.stretches,
+        match record.stretches {
+            1 => "a single stretch".to_string(),
+            n => format!("{n} stretches"),
+        },
         match first.global.distance_to_converge_m {
             Some(metres) => format!(", after {metres:.1} m in the median"),
             None => String::new(),

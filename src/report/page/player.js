@@ -39,7 +39,11 @@
     const frame = { left: least(xs) - half, right: most(xs) + half, low: 0, high: 0 };
     if (!traces.is_route) {
       const ys = traces.cells.map((c) => c[1]).concat(...traces.trials.map((t) => t.truth.map((p) => p[1])));
-      Object.assign(frame, { low: least(ys) - half, high: most(ys) + half });
+      // Walls stand about the ground that belongs to the grid.
+      const about = plan ? 1 : 0;
+      frame.left -= about;
+      frame.right += about;
+      Object.assign(frame, { low: least(ys) - half - about, high: most(ys) + half + about });
     }
 
     traces.trials.forEach((trial, index) => {
@@ -51,6 +55,7 @@
     const boxes = traces.systems.map(([, title], system) => {
       const canvas = element('canvas');
       canvas.setAttribute('role', 'img');
+      canvas.setAttribute('aria-label', title);
       const swatch = element('canvas', { className: 'swatch', width: 56, height: 12 });
       swatch.setAttribute('aria-hidden', 'true');
       const words = element('p', { className: 'state' });
@@ -102,10 +107,10 @@
       axis(pen, wide, base, frame.left, frame.right, cssColour('--faint'));
       if (bytes) {
         pen.fillStyle = colour(system);
-        const bar = Math.max(1, x(frame.left + traces.cell_m));
+        const bar = Math.max(1, x(frame.left + traces.cell_m) - x(frame.left));
         for (let cell = 0; cell < width; cell += 1) {
           const height = (bytes[step * width + cell] / 255) * (base - top);
-          if (height > 0) pen.fillRect(x(traces.cells[cell][0]) - bar / 2, base - height, bar, height);
+          if (height > 0) pen.fillRect(x(traces.cells[cell][0]) - bar / 2, base - height, bar + 0.5, height);
         }
       }
       const answer = trial.systems[system].answer[step];
@@ -165,6 +170,12 @@
       const y = (metres) => high / 2 - (metres - (frame.low + frame.high) / 2) * scale;
       const ratio = canvas.width / wide;
       pen.drawImage(groundOf(wide, high, ratio, x, y), 0, 0, wide, high);
+      const bar = [50, 20, 10, 5, 2, 1].find((m) => m * scale < wide / 3) || 1;
+      pen.fillStyle = cssColour('--faint');
+      pen.fillRect(4, high - 4, bar * scale, 2);
+      pen.font = '11px system-ui, sans-serif';
+      pen.textAlign = 'left';
+      pen.fillText(`${bar} m`, 4, high - 8);
       if (bytes) {
         pen.fillStyle = colour(system);
         const size = traces.cell_m * scale;
@@ -210,8 +221,7 @@
       const x = (metres) => (metres / end) * wide;
       const y = (metres) => base - (metres / highest) * (base - top);
       axis(pen, wide, base, 0, end, cssColour('--faint'));
-      pen.textAlign = 'left';
-      pen.fillText(`${highest.toFixed(1)} m`, 2, top + 8);
+      find('scale').textContent = `Expected error along this trial, 0 to ${highest.toFixed(1)} m, against metres travelled`;
       pen.lineWidth = 2;
       for (const system of systems) {
         pen.strokeStyle = colour(system);
