@@ -2,8 +2,10 @@
 
 use super::{
     Outcome,
+    compare::make_writable,
     dataset::{read, warn_of_other_sensors},
     localise::write_text,
+    page::{PAGE, call, write_page},
     print,
 };
 use crate::{
@@ -13,7 +15,7 @@ use crate::{
     experiment::configuration::Experiment,
     model::{Model, ModelBank},
     recording::Recording,
-    report::{Curve, Panel, Trace, scatter_plot, stacked_plot},
+    report::{Cell, Curve, Page, Panel, Part, Table, Trace, scatter_plot, stacked_plot},
     storage,
 };
 use ndarray::{Array2, Axis};
@@ -23,7 +25,7 @@ use std::{fmt::Write, path::PathBuf};
 ///
 /// Columns: index, x_m, y_m, heading_rad, f1, f2, … with f the probability that the feature is seen. Plots beside it show
 /// the first eight along the route (F.svg), or in the plane where the dataset has no route (F.f1.svg, F.f2.svg, …). Of a bank of
-/// filters there is the table alone, with the columns of each set: 2m.f1, 2m.f2, …
+/// filters there is the table alone, and no page, with the columns of each set: 2m.f1, 2m.f2, …
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark features models/corridor-2m.safetensors \\
@@ -38,6 +40,9 @@ pub struct Arguments {
     /// Configuration of the training; its section [degraded] says by which sensor the dataset is seen.
     #[arg(long, value_name = "C.toml")]
     config: Option<PathBuf>,
+    /// Folder for a page to look at (index.html) with the plots.
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// CSV file to write.
     #[arg(short, long, value_name = "F.csv")]
     output: PathBuf,
@@ -55,6 +60,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         )));
     }
     storage::check_target(&arguments.output)?;
+    if let Some(folder) = &arguments.report {
+        make_writable(folder)?;
+    }
     let degraded = Experiment::read(arguments.config.as_deref(), None)?.degraded;
     let bank = ModelBank::read(&arguments.model)?;
     let dataset = &arguments.dataset;
@@ -114,13 +122,67 @@ fn of_one(model: &Model, recording: &Recording, arguments: &Arguments) -> Result
     if answers.ncols() > MAX_PICTURED {
         summary += &format!("plots: the first {MAX_PICTURED} features\n");
     }
+    let mut parts = vec![Part::table("How often each is seen", shares(&answers))];
     for (name, picture) in plots(&title, recording, &answers)? {
         let path = arguments.output.with_extension(name);
         write_text(&path, &picture)?;
         summary += &format!("{}: their plot\n", path.display());
+        let (caption, alt) = match recording.route_m() {
+            Some(_) => (
+                "Output of each filter along the last run.",
+                "Probability that each feature is seen, along the route",
+            ),
+            None => (
+                "Output of a filter over the plan.",
+                "Probability that a feature is seen, over the plan",
+            ),
+        };
+        parts.push(Part::picture(caption, alt, picture));
+    }
+    if let Some(folder) = &arguments.report {
+        let content = Page {
+            title,
+            summary: vec![format!(
+                "{} features in {} snapshots of {}; pictured are the first {MAX_PICTURED} at most.",
+                answers.ncols(),
+                recording.len(),
+                arguments.dataset.display()
+            )],
+            command: call(),
+            parts,
+            config: vec![("Model".into(), to_json(&model.header)?)],
+        };
+        write_page(folder, &content)?;
+        summary += &format!("{}: all of it to look at\n", folder.join(PAGE).display());
     }
     print(&summary)?;
     Ok(Outcome::Done)
+}
+
+/// How often each feature is seen, by its probabilities and by the snapshots at which it is more likely than not.
+fn shares(answers: &Array2<f32>) -> Table {
+    let mut table = Table::new([
+        "feature",
+        "mean P(f = 1)",
+        "P(f = 1) above ½, % of snapshots",
+    ]);
+    for (i, column) in answers.columns().into_iter().enumerate() {
+        let (count, sum) = (
+            column.len().max(1) as f64,
+            column.iter().map(|&p| f64::from(p)).sum::<f64>(),
+        );
+        let seen = column.iter().filter(|p| **p > 0.5).count() as f64;
+        table.row([
+            Cell::Text(format!("f{}", i + 1)),
+            Cell::Number(sum / count, 3),
+            Cell::Number(100.0 * seen / count, 1),
+        ]);
+    }
+    table
+}
+
+fn to_json(value: &impl serde::Serialize) -> Result<String> {
+    serde_json::to_string_pretty(value).map_err(|e| Error::work(format!("the model's header: {e}")))
 }
 
 /// Features that are pictured: more are not worth looking at one by one; the table has them all.

@@ -250,6 +250,8 @@ pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Resul
     }
     let anywhere = tables::error_plot(&format!("{title}: start anywhere"), record, false)?;
     write_text(&folder.join("error_by_distance.svg"), &anywhere)?;
+    let found = tables::found_plot(&format!("{title}: start anywhere"), record)?;
+    write_text(&folder.join("found_by_distance.svg"), &found)?;
     let risk = tables::risk_coverage_plot(&format!("{title}: start anywhere"), record)?;
     write_text(&folder.join("risk_coverage.svg"), &risk)?;
     let known = tables::error_plot(&format!("{title}: start known"), record, true)?;

@@ -3,7 +3,7 @@
 use super::{sureness::Sureness, trials::Trial};
 use crate::{
     geometry::Pose,
-    score::{FEW, percentiles},
+    score::{ClusteredMean, FEW, percentiles},
     seed::Seed,
 };
 use rand::RngExt;
@@ -56,6 +56,12 @@ pub struct Row {
     pub point_ci95_m: Option<[f64; 2]>,
     /// Number of trials that go this far.
     pub trials: usize,
+    /// Share of all trials that have [converged](converged_at_m) by then.
+    #[serde(default)]
+    pub found: f64,
+    /// Its 95 % interval, by bootstrap over runs or stretches; none where there is only one.
+    #[serde(default)]
+    pub found_ci95: Option<[f64; 2]>,
 }
 
 impl Row {
@@ -117,6 +123,12 @@ pub fn error_curve(
         .copied()
         .fold(0.0, f64::max);
     let mut random = seed.stream("bootstrap");
+    let found_at_m: Vec<(usize, f64)> = trials
+        .iter()
+        .zip(answers)
+        .map(|(t, a)| (t.unit, converged_at_m(t, a).unwrap_or(f64::INFINITY)))
+        .collect();
+    let mut found: Option<(usize, ClusteredMean)> = None; // as many as at the last distance have the same interval
     let mut rows = Vec::new();
     for step in 0..=(longest / spacing_m + 1e-9) as usize {
         let distance_m = step as f64 * spacing_m;
@@ -144,7 +156,17 @@ pub fn error_curve(
         let ci95 = |drawn: Vec<f64>| percentiles(drawn).filter(|_| sums.len() > 1);
         let total = |value: fn(&Sums) -> f64| sums.iter().map(value).sum::<f64>();
         let (expected_error_m, point_error_m) = means((total(|s| s.0), total(|s| s.1), count));
+        let by_now = found_at_m
+            .iter()
+            .map(|(unit, at_m)| (*unit, *at_m <= distance_m + 1e-9));
+        let by_now: Vec<(usize, bool)> = by_now.collect();
+        let many = by_now.iter().filter(|(_, is_found)| *is_found).count();
+        if found.is_none_or(|(before, _)| before != many) {
+            found = ClusteredMean::share(&by_now, resamples, seed).map(|share| (many, share));
+        }
         rows.push(Row {
+            found: found.map_or(0.0, |(_, share)| share.mean),
+            found_ci95: found.and_then(|(_, share)| share.ci95),
             distance_m,
             expected_error_m,
             point_error_m,
@@ -232,6 +254,25 @@ mod tests {
         assert_eq!(median_distance_m(&[]), None);
     }
 
+    /// One is found after 2 m, one after 3 m, one never.
+    #[test]
+    fn the_share_that_is_found_grows_with_the_distance() {
+        let sure_from = |step: usize| {
+            let errors = (0..12).map(|k| if k < step { 9.0 } else { 0.5 });
+            answers(&errors.collect::<Vec<f64>>())
+        };
+        let trials = [trial(0, 12), trial(1, 12), trial(2, 12)];
+        let played = [sure_from(4), sure_from(6), sure_from(99)];
+        let curve = error_curve(&trials, &played, 0.5, 200, Seed(1));
+        let found: Vec<f64> = curve.iter().map(|row| 3.0 * row.found).collect();
+        assert_eq!(found, [0., 0., 0., 0., 1., 1., 2., 2., 2., 2., 2., 2.]);
+        assert!(
+            curve[4]
+                .found_ci95
+                .is_some_and(|[low, high]| low == 0.0 && high < 1.01)
+        );
+    }
+
     #[test]
     fn the_curve_is_the_mean_of_the_trials_that_go_so_far() {
         let trials = [trial(0, 3), trial(1, 2)];
@@ -251,6 +292,10 @@ mod tests {
         );
         assert_eq!(curve[2].ci95_m, None); // two stretches: the bootstrap sees one alone often enough
         assert_eq!((curve[1].trials, curve[2].trials), (2, 1));
+        assert_eq!(
+            (curve[2].found, curve[2].found_ci95),
+            (0.0, Some([0.0, 0.0]))
+        );
         assert_eq!(mean_below_1m(&curve), None);
         assert!(curve[0].is_uncertain()); // two trials
     }

@@ -4,6 +4,7 @@ mod beliefs;
 mod best_rival;
 mod confidence;
 mod correction;
+mod found_plot;
 mod json;
 mod kidnapping;
 mod on_page;
@@ -13,6 +14,7 @@ mod trial_figures;
 pub use beliefs::belief_parts;
 pub use confidence::{confidence, confidence_figures};
 pub use correction::{correction, correction_figures};
+pub use found_plot::found_plot;
 pub use json::json;
 pub use kidnapping::{kidnapping, kidnapping_figures};
 pub use on_page::{page_parts, page_summary};
@@ -235,6 +237,9 @@ pub fn curves(record: &Record) -> Table {
         "trials",
         "point_low95_m",
         "point_high95_m",
+        "found",
+        "found_low95",
+        "found_high95",
     ]);
     for result in &record.results {
         for (start, summary) in [("anywhere", &result.global), ("known", &result.tracking)] {
@@ -250,6 +255,9 @@ pub fn curves(record: &Record) -> Table {
                     Cell::Count(row.trials as u64),
                     Cell::number(row.point_ci95_m.map(|ci| ci[0]), 4),
                     Cell::number(row.point_ci95_m.map(|ci| ci[1]), 4),
+                    Cell::Number(row.found, 4),
+                    Cell::number(row.found_ci95.map(|ci| ci[0]), 4),
+                    Cell::number(row.found_ci95.map(|ci| ci[1]), 4),
                 ]);
             }
         }

@@ -149,11 +149,7 @@ fn a_page_is_found_and_a_browser_that_is_not_there_is_one_line() {
     scored.done();
     let html = stands_alone(
         &place.path("scored/index.html"),
-        &[
-            "Contingency table",
-            "&lt;b&gt;2",
-            "uncertainty_coefficient",
-        ],
+        &["Contingency table", "&lt;b&gt;2", "uncertainty_coefficient"],
     );
     assert!(!html.contains("<b>2") && !html.contains("<script"));
     for ending in ["json", "txt", "csv", "md", "tex"] {

@@ -110,6 +110,8 @@ pub(super) fn pictures(record: &ComparisonRecord) -> Result<Vec<Picture>> {
             let plot = tables::error_plot(&title, localised, known)?;
             pictures.push((format!("{file}{ending}"), plot));
         }
+        let plot = tables::found_plot(&format!("{name}: start anywhere"), localised)?;
+        pictures.push((format!("found-by-distance{ending}"), plot));
         let plot = tables::risk_coverage_plot(&format!("{name}: start anywhere"), localised)?;
         pictures.push((format!("risk-coverage{ending}"), plot));
     }

@@ -80,7 +80,7 @@ pub fn sheet_parts(sheets: &[Sheet], pictures: Vec<Picture>, captions: &[String]
 }
 
 /// What pictures show, by the beginning of their names.
-const CAPTIONS: [(&str, &str); 12] = [
+const CAPTIONS: [(&str, &str); 13] = [
     (
         "standard",
         "How much the answers tell about the place, U(L|R), against the metres travelled since the start of a trial",
@@ -88,6 +88,10 @@ const CAPTIONS: [(&str, &str); 12] = [
     (
         "error-by-distance",
         "Mean expected error against the metres travelled from a start anywhere; bands are 95 % intervals",
+    ),
+    (
+        "found-by-distance",
+        "Share of all trials that are found by the metres travelled from a start anywhere; bands are 95 % intervals",
     ),
     (
         "tracking-error",

@@ -2,7 +2,7 @@
 
 use super::{
     belief_parts, best_rival, confidence, confidence_figures, correction, correction_figures,
-    error_plot, figures, kidnapping, paired, risk_coverage_plot, table,
+    error_plot, figures, found_plot, kidnapping, paired, risk_coverage_plot, table,
 };
 use crate::{
     error::Result,
@@ -93,6 +93,11 @@ pub fn page_parts(title: &str, record: &Record) -> Result<Vec<Part>> {
         ));
     }
     parts.push(Part::picture(
+        "Share of all trials that are found, sure and right within 1 m for 5 m or to their end, by the distance travelled, start anywhere; bands are 95 % intervals.",
+        format!("Share of trials found by distance; at the end: {}.", found_in_words(record)),
+        found_plot(&format!("{title}: start anywhere"), record)?,
+    ));
+    parts.push(Part::picture(
         "Point error at the trials' end against the share of trials that are rejected, those of least confidence first.",
         curves_in_words(
             "Error that is left where the least sure trials are rejected, starting with the mean of all at the left",
@@ -129,6 +134,15 @@ pub fn page_parts(title: &str, record: &Record) -> Result<Vec<Part>> {
         }
     }
     Ok(parts)
+}
+
+/// How many each system finds.
+fn found_in_words(record: &Record) -> String {
+    let of_each = record.results.iter().map(|result| {
+        let share = 100.0 * result.global.converged_fraction;
+        format!("{} {share:.0} %", result.title)
+    });
+    of_each.collect::<Vec<_>>().join(", ")
 }
 
 /// What a picture of curves shows, for those who can't see it: a figure of each.
