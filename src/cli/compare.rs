@@ -1,6 +1,13 @@
 //! `ballmark compare`: any systems on any datasets, each asked the same.
 
-use super::{Outcome, localise::write_text, page::write_page, print, progress::Progress, warn};
+use super::{
+    Outcome,
+    files::{in_json, make_writable, write_json, write_text},
+    page::write_page,
+    print,
+    progress::Progress,
+    warn,
+};
 use crate::{
     error::{Error, Result},
     experiment::compare::{
@@ -99,13 +106,6 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         out,
         arguments.json,
     )
-}
-
-/// Makes a folder that results go to. One that takes no file is an error now, not after the work.
-pub(super) fn make_writable(folder: &Path) -> Result<()> {
-    storage::make_folder(folder)?;
-    tempfile::tempfile_in(folder).map_err(|e| Error::io("cannot write to", folder, e))?;
-    Ok(())
 }
 
 /// Prints the tables, or the record as JSON, and writes everything to a folder: the record too, where it `is_new`.
@@ -231,14 +231,6 @@ fn read(file: &Path) -> Result<Comparison> {
         comparison.set_beliefs(beliefs).map_err(wrong)?;
     }
     Ok(comparison)
-}
-
-pub(super) fn in_json(value: &impl serde::Serialize) -> Result<String> {
-    serde_json::to_string(value).map_err(|e| Error::work(format!("result: {e}")))
-}
-
-pub(super) fn write_json(file: &Path, value: &impl serde::Serialize) -> Result<()> {
-    write_text(file, &(in_json(value)? + "\n"))
 }
 
 /// What was compared, to the last constant.

@@ -2,7 +2,8 @@
 
 use super::{
     Outcome, features,
-    localise::{self, with_bar, write_config, write_report, write_text},
+    files::write_text,
+    localise::{self, with_bar, write_config, write_report},
     page::{PAGE, call, write_page},
     print, train, warn,
 };

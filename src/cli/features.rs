@@ -2,9 +2,8 @@
 
 use super::{
     Outcome,
-    compare::make_writable,
     dataset::{read, warn_of_other_sensors},
-    localise::write_text,
+    files::{make_writable, write_text},
     page::{PAGE, call, write_page},
     print,
 };

@@ -1,6 +1,11 @@
 //! `ballmark lifelong`: days of a simulated corridor that changes, and robots that learn on in it.
 
-use super::{Outcome, compare::make_writable, localise::write_text, print, progress::Progress};
+use super::{
+    Outcome,
+    files::{make_writable, write_text},
+    print,
+    progress::Progress,
+};
 use crate::{
     error::{Error, Result},
     experiment::{

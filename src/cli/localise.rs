@@ -2,8 +2,8 @@
 
 use super::{
     Outcome,
-    compare::write_json,
     dataset::{read, read_all, warn_of_other_sensors},
+    files::{write_json, write_text},
     page::{call, write_page},
     print,
     progress::Progress,
@@ -278,8 +278,4 @@ pub(super) fn write_config(
     let text = format!("{resolved:#}\n");
     write_text(&folder.join(&name), &text)?;
     Ok((name, text))
-}
-
-pub(super) fn write_text(path: &Path, text: &str) -> Result<()> {
-    storage::write_file(path, |out| out.write_all(text.as_bytes()))
 }

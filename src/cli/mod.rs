@@ -7,6 +7,7 @@ mod dataset;
 mod demo;
 mod export;
 mod features;
+mod files;
 mod import;
 mod interrupt;
 mod lifelong;

@@ -1,6 +1,6 @@
 //! The page of a report: `index.html` in the folder that the results go to.
 
-use super::localise::write_text;
+use super::files::write_text;
 use crate::{
     error::Result,
     report::{Page, page},

@@ -2,8 +2,8 @@
 
 use super::{
     Outcome,
-    compare::{in_json, make_writable, sheets_text, write_json, write_sheets},
-    localise::write_text,
+    compare::{sheets_text, write_sheets},
+    files::{in_json, make_writable, write_json, write_text},
     page::write_page,
     print,
     progress::Progress,

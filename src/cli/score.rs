@@ -2,8 +2,8 @@
 
 use super::{
     Outcome,
-    compare::{make_writable, write_json, write_sheets},
-    localise::write_text,
+    compare::write_sheets,
+    files::{make_writable, write_json, write_text},
     page::write_page,
     print, warn,
 };

@@ -1,7 +1,7 @@
 //! What `--report` writes: everything that is known of some runs.
 
 use crate::{
-    cli::{localise::write_text, page::write_page},
+    cli::{files::write_text, page::write_page},
     error::Result,
     geometry::Pose,
     report::{Cell, Page, Part, Table, traces_plot},
