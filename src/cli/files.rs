@@ -2,6 +2,7 @@
 
 use crate::{
     error::{Error, Result},
+    report::Table,
     storage,
 };
 use std::path::Path;
@@ -15,6 +16,13 @@ pub(super) fn make_writable(folder: &Path) -> Result<()> {
 
 pub(super) fn write_text(path: &Path, text: &str) -> Result<()> {
     storage::write_file(path, |out| out.write_all(text.as_bytes()))
+}
+
+/// A table as people read it: text, Markdown, LaTeX.
+pub(super) fn write_for_readers(folder: &Path, name: &str, table: &Table) -> Result<()> {
+    write_text(&folder.join(format!("{name}.txt")), &table.text())?;
+    write_text(&folder.join(format!("{name}.md")), &table.markdown())?;
+    write_text(&folder.join(format!("{name}.tex")), &table.latex())
 }
 
 pub(super) fn in_json(value: &impl serde::Serialize) -> Result<String> {

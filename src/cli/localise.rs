@@ -3,7 +3,7 @@
 use super::{
     Outcome,
     dataset::{read, read_all, warn_of_other_sensors},
-    files::{write_json, write_text},
+    files::{write_for_readers, write_json, write_text},
     page::{call, write_page},
     print,
     progress::Progress,
@@ -244,6 +244,17 @@ pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Resul
     write_text(&folder.join("confidence.csv"), &confidence.csv())?;
     let correction = tables::correction_figures(record);
     write_text(&folder.join("correction.csv"), &correction.csv())?;
+    for (name, table) in [
+        ("localisation", tables::table(record)),
+        ("intervals", tables::intervals(record)),
+        ("confidence", tables::confidence(record)),
+        ("correction", tables::correction(record)),
+        ("kidnapping", tables::kidnapping(record)),
+    ] {
+        if !table.is_empty() {
+            write_for_readers(folder, name, &table)?;
+        }
+    }
     let kidnapping = tables::kidnapping_figures(record);
     if !kidnapping.is_empty() {
         write_text(&folder.join("kidnapping.csv"), &kidnapping.csv())?;

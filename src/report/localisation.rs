@@ -17,7 +17,7 @@ pub use correction::{correction, correction_figures};
 pub use found_plot::found_plot;
 pub use json::json;
 pub use kidnapping::{kidnapping, kidnapping_figures};
-pub use on_page::{page_parts, page_summary};
+pub use on_page::{intervals, page_parts, page_summary};
 pub use risk_plot::risk_coverage_plot;
 pub use trial_figures::{paired, risk_coverage};
 

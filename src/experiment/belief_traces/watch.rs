@@ -21,6 +21,12 @@ use crate::{
 };
 use std::collections::BTreeMap;
 
+/// Most steps of a trial that are kept: its first ones.
+const MOST_STEPS: usize = 200;
+
+/// Most letters that kept beliefs take all together: trials beyond that are left out, the last ones first.
+const MOST_LETTERS: usize = 2_500_000;
+
 /// What was seen so far.
 pub(in crate::experiment) struct Watch<'a> {
     context: &'a MethodContext<'a>,
@@ -80,9 +86,9 @@ impl<'a> Watch<'a> {
         {
             let answers = &answers[number];
             trial.systems.push(TracedSystem {
-                expected_error_m: all_rounded(&answers.expected_error_m),
-                point_error_m: all_rounded(&answers.point_error_m),
-                is_lost: is_lost(answers, lost),
+                expected_error_m: all_rounded(&answers.expected_error_m[..answer.len()]),
+                point_error_m: all_rounded(&answers.point_error_m[..answer.len()]),
+                is_lost: is_lost(answers, lost, answer.len()),
                 answer,
                 entropy_nats: entropy,
                 mass: packed_levels(&mass),
@@ -108,6 +114,13 @@ impl<'a> Watch<'a> {
                 .map(|(steps, sum)| (*steps > 0).then(|| rounded(sum / *steps as f64)))
                 .collect(),
         };
+        let letters = |traces: &BeliefTraces| -> usize {
+            let systems = traces.trials.iter().flat_map(|trial| &trial.systems);
+            systems.map(|system| system.mass.len()).sum()
+        };
+        while self.traces.trials.len() > 1 && letters(&self.traces) > MOST_LETTERS {
+            self.traces.trials.pop();
+        }
         self.traces.errors = self.errors.into_iter().map(of_square).collect();
         self.traces
     }
@@ -115,14 +128,21 @@ impl<'a> Watch<'a> {
     /// A trial that nobody was seen in yet.
     fn kept(&self, number: usize, kept_as: Vec<String>) -> TracedTrial {
         let trial = &self.trials[number];
-        let truth = trial.snapshots.iter().map(|&k| self.truth(k));
+        let snapshots = self.snapshots(number);
+        let truth = snapshots.iter().map(|&k| self.truth(k));
         TracedTrial {
             number,
             kept_as,
-            travelled_m: all_rounded(&trial.travelled_m),
+            travelled_m: all_rounded(&trial.travelled_m[..snapshots.len()]),
             truth: truth.collect(),
             systems: Vec::new(),
         }
+    }
+
+    /// The snapshots of a trial that are kept.
+    fn snapshots(&self, number: usize) -> &'a [usize] {
+        let all = &self.trials[number].snapshots;
+        &all[..all.len().min(MOST_STEPS)]
     }
 
     /// Where the robot is at a snapshot.
@@ -163,7 +183,7 @@ impl<'a> Watch<'a> {
         let (context, parts) = (self.context, self.context.parts);
         let mut snapshots: Vec<usize> = numbers
             .iter()
-            .flat_map(|&number| self.trials[number].snapshots.iter().copied())
+            .flat_map(|&number| self.snapshots(number).iter().copied())
             .collect();
         snapshots.sort_unstable();
         snapshots.dedup();
@@ -186,11 +206,8 @@ impl<'a> Watch<'a> {
                 let localiser = scaled.as_deref().unwrap_or(localiser.as_ref());
                 let player = localiser.prepare(context.parts.run, &snapshots)?;
                 let by_localiser = |&number: &usize| {
-                    let steps = player.play(
-                        &self.trials[number].snapshots,
-                        None,
-                        &mut stream(context, number),
-                    )?;
+                    let steps =
+                        player.play(self.snapshots(number), None, &mut stream(context, number))?;
                     let mut seen = Seen::default();
                     for step in &steps {
                         if !self.traces.is_route && !step.posterior.is_empty() {
@@ -223,7 +240,7 @@ impl<'a> Watch<'a> {
             robot = robot.restarting(restart)?;
         }
         let mut seen = Seen::default();
-        for &k in &self.trials[number].snapshots {
+        for &k in self.snapshots(number) {
             let belief = robot.observe(k, &context.parts.run.observation(k))?;
             let mode = belief.mode();
             seen.0.push(self.squares.of_belief(belief));
@@ -269,7 +286,7 @@ fn chosen(trials: &[Trial], answers: &[Answers], title: &str) -> Vec<(usize, Vec
 }
 
 /// After which steps the robot says that it is lost, as [`confidence`](crate::experiment::confidence) counts it.
-fn is_lost(answers: &Answers, lost: Option<&LostConfig>) -> Vec<Option<bool>> {
+fn is_lost(answers: &Answers, lost: Option<&LostConfig>, steps: usize) -> Vec<Option<bool>> {
     let usual = LostConfig::default();
     let threshold = lost.unwrap_or(&usual).threshold;
     let sureness = &answers.sureness;
@@ -281,7 +298,7 @@ fn is_lost(answers: &Answers, lost: Option<&LostConfig>) -> Vec<Option<bool>> {
         };
         Some(score >= threshold)
     };
-    (0..answers.point_error_m.len()).map(of_step).collect()
+    (0..steps).map(of_step).collect()
 }
 
 fn packed_levels(steps: &[Vec<u8>]) -> String {
