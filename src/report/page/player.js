@@ -331,7 +331,7 @@
       event.preventDefault();
       keys[event.key]();
     });
-    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
+    for (const query of ['(prefers-color-scheme: dark)', 'print']) matchMedia(query).addEventListener('change', draw);
     root.querySelector('.stage').hidden = false;
     let wide = 0;
     new ResizeObserver(() => {
