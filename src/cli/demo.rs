@@ -168,13 +168,16 @@ fn learn(arguments: &Arguments, uncertainty: Uncertainty, recording: &Recording)
     Ok(learned.model)
 }
 
+/// Resolved configurations, a name and a text each.
+type Resolved = Vec<(String, String)>;
+
 /// Plays the trials with both models' filters and the baselines, one line a model; and with the filters and a map once more
 /// among people. Beside the records the resolved configurations, each with its name.
 fn localise(
     arguments: &Arguments,
     models: &[Model],
     recording: &Recording,
-) -> Result<([Record; 2], Vec<(String, String)>)> {
+) -> Result<([Record; 2], Resolved)> {
     let mut config = LocaliseConfig {
         seed: Some(arguments.seed),
         people: Some(0.0),

@@ -30,7 +30,7 @@ pub(super) fn still(title: &str, traces: &BeliefTraces, shown: &[usize]) -> Resu
         return picture(60, title, |_| Ok(()));
     };
     let steps = trial.travelled_m.len();
-    let instants = steps.min(INSTANTS).max(1);
+    let instants = steps.clamp(1, INSTANTS);
     let at_step = |column: usize| match instants {
         1 => 0,
         // Close together at first, when most is found out.
