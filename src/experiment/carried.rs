@@ -126,7 +126,7 @@ pub(super) fn on_unseen<T>(
 ) -> Result<Option<T>> {
     match &method.answers {
         AnswersBy::Nobody(fault) => Err(Error::work(fault.clone())),
-        AnswersBy::Odometry | AnswersBy::Localiser(_) => Ok(None),
+        AnswersBy::Odometry | AnswersBy::Localiser(_) | AnswersBy::Recorded(_) => Ok(None),
         AnswersBy::PreparedSensor(prepared) => play(prepared.as_ref()).map(Some),
         AnswersBy::Sensor(model) => {
             let prepared = model.prepare(context.parts.run, &context.parts.unseen)?;

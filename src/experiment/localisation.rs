@@ -187,7 +187,8 @@ fn played(
     let step = step_time(&method, trials, context, scale)?;
     let (global, tracking) = (
         summary(trials, &anywhere, context),
-        summary(trials, &known, context),
+        // Nothing is said of starts that somebody was not asked about.
+        summary(&trials[..known.len()], &known, context),
     );
     let (resamples, seed) = (context.config.resamples, context.seed());
     let heading = heading_success(trials, &anywhere, resamples, seed);
@@ -211,7 +212,7 @@ fn played(
     let places = context.grid.len() / context.grid.headings();
     let is_grid_filter = method.answers.is_grid_filter();
     let result = MethodResult {
-        correction: correction(trials, &known, is_grid_filter, context)?,
+        correction: correction(&trials[..known.len()], &known, is_grid_filter, context)?,
         confidence: confidence(trials, &anywhere, lost, places, resamples, seed),
         kidnapped,
         held_out: scores

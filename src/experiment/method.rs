@@ -1,6 +1,6 @@
 //! Whoever can be asked in localisation trials where the robot is, as a value.
 
-use super::{kept_evidence::SingleSnapshots, stopwatch::ready_ms};
+use super::{external::RecordedAnswers, kept_evidence::SingleSnapshots, stopwatch::ready_ms};
 use crate::{
     belief::OdometryMotion,
     detector::Detector,
@@ -60,6 +60,8 @@ pub enum AnswersBy<'a> {
     PreparedSensor(Arc<dyn PreparedSensorModel + 'a>),
     /// Anybody who answers with places in the plane.
     Localiser(Box<dyn Localiser + 'a>),
+    /// Somebody who was asked elsewhere, by what was answered there.
+    Recorded(RecordedAnswers),
     /// Nobody, for the reason given: a row of the table that says so, where one method of many can't be made.
     Nobody(String),
 }
@@ -67,7 +69,10 @@ pub enum AnswersBy<'a> {
 impl AnswersBy<'_> {
     /// Is it the grid Bayes filter, with a sensor or without?
     pub(super) fn is_grid_filter(&self) -> bool {
-        !matches!(self, Self::Localiser(_) | Self::Nobody(_))
+        !matches!(
+            self,
+            Self::Localiser(_) | Self::Recorded(_) | Self::Nobody(_)
+        )
     }
 }
 

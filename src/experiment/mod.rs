@@ -12,6 +12,7 @@ pub mod correction;
 pub mod end_success;
 pub mod error_reduction;
 pub mod evidence_tuning;
+pub mod external;
 pub mod filter_config;
 pub mod held_out;
 pub mod kept_evidence;

@@ -46,7 +46,10 @@ pub fn product<'a>(
                 shared(model, parts.run),
                 source.map(|source| shared(model, &source.recording)),
             ),
-            AnswersBy::Odometry | AnswersBy::Localiser(_) | AnswersBy::Nobody(_) => {
+            AnswersBy::Odometry
+            | AnswersBy::Localiser(_)
+            | AnswersBy::Recorded(_)
+            | AnswersBy::Nobody(_) => {
                 return Ok(None);
             }
         };

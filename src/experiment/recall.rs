@@ -71,7 +71,10 @@ pub fn recalled(
     };
     let ask = |sensor: &dyn PreparedSensorModel| recall(context, &Scaled::new(sensor, scale));
     match &method.answers {
-        AnswersBy::Odometry | AnswersBy::Localiser(_) | AnswersBy::Nobody(_) => Ok(Vec::new()),
+        AnswersBy::Odometry
+        | AnswersBy::Localiser(_)
+        | AnswersBy::Recorded(_)
+        | AnswersBy::Nobody(_) => Ok(Vec::new()),
         AnswersBy::PreparedSensor(prepared) => ask(prepared.as_ref()),
         AnswersBy::Sensor(model) => ask(model
             .prepare(context.parts.run, &context.parts.unseen)?

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::{
     cmp::Ordering,
     collections::{BTreeMap, HashSet},
+    fmt,
     time::Instant,
 };
 
@@ -180,11 +181,13 @@ impl Answers {
 /// let binning = protocol.binning(config.bin_m)?;
 /// for kind in [Kind::Rce, Kind::Nearest] {
 ///     let wanted = config.wanted("corridor", &protocol, Seed(1))?;
-///     let record = recognise(&protocol, &binning, &kind.default_config(), Some(wanted), &config, Seed(1))?.record;
+///     let record = recognise(&protocol, &binning, &kind.default_config(), Some(wanted), &config, Seed(1), &mut |_| ())?.record;
 ///     assert!(record.responses.abs_diff(12) <= 1 && record.judgement.uncertainty_coefficient > Some(0.05));
 /// }
 /// # Ok::<(), ballmark::Error>(())
 /// ```
+///
+/// `progress` is called before each value of the dial that is tried.
 ///
 /// # Errors
 /// Where the recogniser can't learn, or no value of its dial gives the number wanted: the message names dial and number.
@@ -195,12 +198,16 @@ pub fn recognise(
     wanted: Option<usize>,
     recognition: &RecognitionConfig,
     seed: Seed,
+    progress: &mut dyn FnMut(Search),
 ) -> Result<Recognition> {
     recognition.check()?;
     let wanted = wanted.filter(|&wanted| config.dial(wanted).is_some());
     let (config, answers) = match wanted {
         None => (config.clone_box(), Answers::of(protocol, config, seed)?),
-        Some(wanted) => tuned(protocol, config, wanted, recognition.tolerance, seed)?,
+        Some(wanted) => {
+            let tolerance = recognition.tolerance;
+            tuned(protocol, config, (wanted, tolerance), seed, progress)?
+        }
     };
     let mut table = Contingency::new();
     for (&k, class) in protocol.testing.iter().zip(&answers.classes) {
@@ -239,13 +246,35 @@ pub fn recognise(
     })
 }
 
+/// How far the search for a number of responses is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Search {
+    /// Values of the dial that were tried; there are at most 69.
+    pub tried: usize,
+    /// The number of responses nearest to the one wanted so far; none before the first.
+    pub nearest: Option<usize>,
+    /// The number wanted.
+    pub wanted: usize,
+}
+
+impl fmt::Display for Search {
+    /// How many values were tried, and what came nearest.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "value {}", self.tried + 1)?;
+        match self.nearest {
+            Some(nearest) => write!(f, ": {nearest} of {} responses", self.wanted),
+            None => Ok(()),
+        }
+    }
+}
+
 /// The constants, and the answers, nearest to the number of responses wanted.
 fn tuned(
     protocol: &Protocol,
     config: &dyn RecogniserConfig,
-    wanted: usize,
-    tolerance: usize,
+    (wanted, tolerance): (usize, usize),
     seed: Seed,
+    progress: &mut dyn FnMut(Search),
 ) -> Result<(Box<dyn RecogniserConfig>, Answers)> {
     let Some(dial) = config.dial(wanted) else {
         return Err(Error::work(format!(
@@ -257,6 +286,11 @@ fn tuned(
     let mut tried = HashSet::new();
     // The number of responses at a share of the range, from few to many; none where it was tried before.
     let mut try_at = |share: f64, best: &mut Option<Tried>| -> Result<usize> {
+        progress(Search {
+            tried: tried.len(),
+            nearest: best.as_ref().map(|best| best.answers.different()),
+            wanted,
+        });
         let mut config = config.clone_box();
         config.turn_dial(dial.at(share));
         let answers = Answers::of(protocol, config.as_ref(), seed)?;

@@ -85,7 +85,7 @@ pub(super) fn evidence_scale(
         return Ok(Some(EvidenceScale::of(tuned)));
     }
     let usual = match &method.answers {
-        AnswersBy::Odometry | AnswersBy::Nobody(_) => return Ok(None),
+        AnswersBy::Odometry | AnswersBy::Recorded(_) | AnswersBy::Nobody(_) => return Ok(None),
         AnswersBy::Localiser(localiser) => match localiser.evidence_scale() {
             None => return Ok(None),
             usual => usual.map(EvidenceScale::of),

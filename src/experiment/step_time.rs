@@ -59,6 +59,7 @@ pub(super) fn step_time(
     };
     on_one_thread(|| match &method.answers {
         AnswersBy::Nobody(fault) => Err(Error::work(fault.clone())),
+        AnswersBy::Recorded(_) => Ok(None),
         AnswersBy::Odometry => filter(None),
         AnswersBy::PreparedSensor(prepared) => filter(Some(prepared.as_ref())),
         AnswersBy::Sensor(model) => filter(Some(&OneByOne {

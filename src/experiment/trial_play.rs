@@ -52,6 +52,13 @@ pub(super) fn answers(
             let prepared = model.prepare(context.parts.run, &context.parts.unseen)?;
             sensor(Some(prepared.as_ref()))
         }
+        AnswersBy::Recorded(recorded) => {
+            let steps = match known_start {
+                true => &recorded.known,
+                false => &recorded.anywhere,
+            };
+            judged(trials, steps, context, known_start)
+        }
         AnswersBy::Localiser(localiser) => {
             let scaled = scaled(localiser.as_ref(), scale);
             let localiser = scaled.as_deref().unwrap_or(localiser.as_ref());
@@ -174,11 +181,26 @@ fn by_localiser(
     let snapshots: BTreeSet<usize> = trials.iter().flat_map(|t| &t.snapshots).copied().collect();
     let snapshots: Vec<usize> = snapshots.into_iter().collect();
     let player = localiser.prepare(run, &snapshots)?;
-    let no_idea = Belief::uniform(context.grid.places())?;
-    played(trials, |number, trial| {
+    let play = |(number, trial): (usize, &Trial)| {
         let start = run.poses()[trial.snapshots[0]];
         let start = (known_start && localiser.asks_for_the_start()).then_some(start);
-        let steps = player.play(&trial.snapshots, start, &mut stream(context, number))?;
+        player.play(&trial.snapshots, start, &mut stream(context, number))
+    };
+    let steps: Result<Vec<Vec<Step>>> = trials.par_iter().enumerate().map(play).collect();
+    judged(trials, &steps?, context, known_start)
+}
+
+/// The answers of somebody who is no grid filter, held against the truth, one entry a trial.
+fn judged(
+    trials: &[Trial],
+    steps: &[Vec<Step>],
+    context: &MethodContext,
+    known_start: bool,
+) -> Result<Vec<Answers>> {
+    let run = context.parts.run;
+    let no_idea = Belief::uniform(context.grid.places())?;
+    let all = trials.par_iter().zip(steps);
+    let judge = |(trial, steps): (&Trial, &Vec<Step>)| {
         if steps.len() != trial.snapshots.len() {
             return Err(Error::work(format!(
                 "{} answers to a trial of {} snapshots; expected one each",
@@ -195,7 +217,7 @@ fn by_localiser(
             }),
             ..Answers::default()
         };
-        for (&k, step) in trial.snapshots.iter().zip(&steps) {
+        for (&k, step) in trial.snapshots.iter().zip(steps) {
             let errors = errors_m(step, &run.poses()[k])?;
             // Who has no answer knows nothing.
             let (expected_m, point_m) = errors.unwrap_or_else(|| {
@@ -221,7 +243,8 @@ fn by_localiser(
             }
         }
         Ok(answers)
-    })
+    };
+    all.map(judge).collect()
 }
 
 /// Is there an answer at all?

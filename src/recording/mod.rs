@@ -24,6 +24,7 @@ pub mod ranges;
 pub mod selection;
 pub mod split;
 pub mod viewpoint;
+pub mod write;
 
 use crate::{
     error::{Error, Result},

@@ -129,7 +129,7 @@ impl Evaluator<'_, '_> {
         section: &mut Section<C, T>,
         systems: &[Result<System>],
         shared: Result<S>,
-        question: impl Fn(&Self, usize, Asked<C>, &S) -> Result<Option<T>>,
+        mut question: impl FnMut(&mut Self, usize, Asked<C>, &S) -> Result<Option<T>>,
     ) {
         for (&number, row) in section.systems.iter().zip(&mut section.cells) {
             let name = &self.config.system[number].name;
@@ -277,7 +277,7 @@ impl Evaluator<'_, '_> {
     }
 
     fn recognition(
-        &self,
+        &mut self,
         number: usize,
         asked: Asked<RecognitionConfig>,
         (binning, wanted): &(Binning, usize),
@@ -285,13 +285,16 @@ impl Evaluator<'_, '_> {
         let System::Recogniser(recogniser) = asked.system else {
             return Err(unfit(asked.system));
         };
+        let (dataset, name) = (self.dataset, &self.config.system[number].name);
+        let (seed, progress_counter) = (self.seed(), &mut *self.progress_counter);
         let mut recognition = recognise(
             asked.protocol,
             binning,
             recogniser.as_ref(),
             Some(*wanted),
             asked.config,
-            self.seed(),
+            seed,
+            &mut |search| progress_counter.meanwhile(&format!("{dataset}: {name}, {search}")),
         )?;
         // Where a model that was trained here lies differs from call to call: the record has the names of the configuration.
         let mut named = self.config.system[number].system.clone();
@@ -329,7 +332,9 @@ impl Evaluator<'_, '_> {
                 }
             }
             System::Detector(detector) => by_detector(detector.fit(recording, mapping)?.as_ref()),
-            System::Localiser(_) | System::Filter(_) => Err(unfit(asked.system)),
+            System::Localiser(_) | System::Filter(_) | System::External(_) => {
+                Err(unfit(asked.system))
+            }
         };
         curve.map(Some)
     }

@@ -132,6 +132,8 @@ impl Registry {
         };
         let name = "monte_carlo".to_string();
         registry.kinds.push((name, Box::new(monte_carlo)));
+        let external = |_: &Registry, table: toml::Table| Ok(System::External(table.try_into()?));
+        registry.kinds.push(("external".into(), Box::new(external)));
         for name in HandMade::NAMES {
             registry.put(name, |table| {
                 let config: HandMade = table.try_into()?;

@@ -4,8 +4,8 @@ use crate::{
     detector::DetectorConfig,
     error::{Error, Result},
     experiment::{
-        filter_config::FilterConfig, method::Method, method_localiser::FilterLocaliser,
-        methods::MethodContext, sequences::evidence_scale,
+        external::ExternalConfig, filter_config::FilterConfig, method::Method,
+        method_localiser::FilterLocaliser, methods::MethodContext, sequences::evidence_scale,
     },
     learning::Recipe,
     localiser::{Localiser, LocaliserConfig, memoryless::AsLocaliser},
@@ -43,6 +43,8 @@ pub enum System {
     Detector(Box<dyn DetectorConfig>),
     /// Answers as it goes: the grid Bayes filter with any sensor models.
     Filter(FilterConfig),
+    /// Answers as it goes, elsewhere: somebody else's localiser.
+    External(ExternalConfig),
 }
 
 impl System {
@@ -53,6 +55,7 @@ impl System {
             System::Localiser(config) => config.as_ref(),
             System::Detector(config) => config.as_ref(),
             System::Filter(config) => config,
+            System::External(config) => config,
         }
     }
 
@@ -62,6 +65,7 @@ impl System {
             System::Localiser(config) => config.as_mut(),
             System::Detector(config) => config.as_mut(),
             System::Filter(config) => config,
+            System::External(config) => config,
         }
     }
 
@@ -85,11 +89,12 @@ impl System {
             System::Localiser(config) => config.to_json(),
             System::Detector(config) => config.to_json(),
             System::Filter(config) => registry::with_kind(config.kind(), config),
+            System::External(config) => registry::with_kind(config.kind(), config),
         }
     }
 
     /// What it learns from the mapping part, as a localiser: a recogniser becomes one without memory. A filter learns from the
-    /// training part of the context, and plays its run. `None` for a detector.
+    /// training part of the context, and plays its run. `None` for a detector, and for who answers elsewhere.
     ///
     /// # Errors
     /// Where it can't learn.
@@ -112,7 +117,7 @@ impl System {
                 let method = config.method(context, name)?;
                 Some(Box::new(FilterLocaliser::new(context, method)?))
             }
-            System::Detector(_) => None,
+            System::Detector(_) | System::External(_) => None,
         })
     }
 
@@ -150,6 +155,7 @@ impl System {
                 context.detector(name, name, detector.as_ref())
             }
             System::Filter(config) => config.method(context, name),
+            System::External(config) => config.method(context, name),
         }
     }
 
@@ -158,9 +164,9 @@ impl System {
         self.constants_mut().model()
     }
 
-    /// Can it be played trials?
+    /// Can it be played trials here?
     pub fn takes_trials(&self) -> bool {
-        !matches!(self, System::Detector(_))
+        !matches!(self, System::Detector(_) | System::External(_))
     }
 
     /// File of the world whose plan it is given, where it is given one.
@@ -175,7 +181,7 @@ impl System {
 
     /// Does it answer snapshots, one by one?
     pub fn takes_snapshots(&self) -> bool {
-        !matches!(self, System::Localiser(_) | System::Filter(_))
+        matches!(self, System::Recogniser(_) | System::Detector(_))
     }
 
     /// Does it look for landmarks that a plan has?
@@ -231,6 +237,11 @@ impl SystemConfig {
     /// The same of the grid Bayes filter with sensor models.
     pub fn filter(name: &str, config: FilterConfig) -> Self {
         Self::new(name, System::Filter(config))
+    }
+
+    /// The same of somebody else's localiser.
+    pub fn external(name: &str, config: ExternalConfig) -> Self {
+        Self::new(name, System::External(config))
     }
 
     /// The same of a detector.

@@ -45,6 +45,7 @@ fn all_give_the_number_of_responses_wanted() {
                 Some(wanted),
                 &quick(),
                 Seed(1),
+                &mut |_| (),
             )
             .unwrap();
             let (constants, record) = (record.config, record.record);
@@ -66,8 +67,16 @@ fn all_give_the_number_of_responses_wanted() {
             );
             assert!(judgement.ci95.is_some() && record.bytes_per_place > 0);
             // What was found is found again from its constants alone, and in its file.
-            let again =
-                recognise(&protocol, &binning, &*constants, None, &quick(), Seed(1)).unwrap();
+            let again = recognise(
+                &protocol,
+                &binning,
+                &*constants,
+                None,
+                &quick(),
+                Seed(1),
+                &mut |_| (),
+            )
+            .unwrap();
             assert_eq!(again.record.judgement, record.judgement);
             let json = serde_json::to_string(&record).unwrap();
             assert_eq!(
@@ -85,7 +94,16 @@ fn without_a_number_the_nearest_neighbour_sets_it() {
     let binning = protocol.binning(6.0).unwrap();
     let wanted = quick().wanted("a hall", &protocol, Seed(1)).unwrap();
     let nearest = Kind::Nearest.default_config();
-    let as_it_is = recognise(&protocol, &binning, &nearest, None, &quick(), Seed(1)).unwrap();
+    let as_it_is = recognise(
+        &protocol,
+        &binning,
+        &nearest,
+        None,
+        &quick(),
+        Seed(1),
+        &mut |_| (),
+    )
+    .unwrap();
     assert_eq!(as_it_is.record.config, nearest.to_json().unwrap());
     assert_eq!(as_it_is.record.responses, wanted);
     assert!(wanted > 30, "{wanted}"); // 89 m, a pattern each 1.5 m
@@ -97,9 +115,17 @@ fn a_number_that_cannot_be_met_is_named_with_its_dial() {
     let protocol = protocol(&recording);
     let binning = protocol.binning(6.0).unwrap();
     let rce = Kind::Rce.default_config();
-    let error = recognise(&protocol, &binning, &rce, Some(5000), &quick(), Seed(1))
-        .err()
-        .unwrap();
+    let error = recognise(
+        &protocol,
+        &binning,
+        &rce,
+        Some(5000),
+        &quick(),
+        Seed(1),
+        &mut |_| (),
+    )
+    .err()
+    .unwrap();
     let error = error.to_string();
     assert!(
         error.starts_with("rce: no radius") && error.contains("5000 responses"),
@@ -111,14 +137,51 @@ fn a_number_that_cannot_be_met_is_named_with_its_dial() {
         ("resamples = 1000001", "recognition.resamples"),
     ] {
         let config: RecognitionConfig = toml::from_str(config).unwrap();
-        let error = recognise(&protocol, &binning, &rce, None, &config, Seed(1))
-            .err()
-            .unwrap();
+        let error = recognise(
+            &protocol,
+            &binning,
+            &rce,
+            None,
+            &config,
+            Seed(1),
+            &mut |_| (),
+        )
+        .err()
+        .unwrap();
         assert!(
             error.is_usage() && error.to_string().starts_with(key),
             "{error}"
         );
     }
+}
+
+#[test]
+fn the_search_says_how_far_it_is() {
+    let recording = recording();
+    let protocol = protocol(&recording);
+    let binning = protocol.binning(6.0).unwrap();
+    let mut said = Vec::new();
+    let mut note = |search| said.push(search);
+    let rce = Kind::Rce.default_config();
+    let found = recognise(
+        &protocol,
+        &binning,
+        &rce,
+        Some(12),
+        &quick(),
+        Seed(1),
+        &mut note,
+    );
+    assert!(found.unwrap().record.responses.abs_diff(12) <= 1);
+    let of = |tried, nearest| Search {
+        tried,
+        nearest,
+        wanted: 12,
+    };
+    assert_eq!(said[0], of(0, None));
+    assert!(said.len() > 1 && said[1].tried == 1 && said[1].nearest.is_some());
+    let off = |search: &Search| search.nearest.map(|n| n.abs_diff(12));
+    assert!(said[1..].is_sorted_by(|a, b| off(a) >= off(b)), "{said:?}");
 }
 
 #[test]
@@ -130,9 +193,17 @@ fn threads_change_nothing() {
             let protocol = protocol(&recording);
             let binning = protocol.binning(6.0).unwrap();
             let config = Kind::GrowingCells.default_config();
-            recognise(&protocol, &binning, &config, Some(12), &quick(), Seed(1))
-                .unwrap()
-                .record
+            recognise(
+                &protocol,
+                &binning,
+                &config,
+                Some(12),
+                &quick(),
+                Seed(1),
+                &mut |_| (),
+            )
+            .unwrap()
+            .record
         })
     };
     assert_eq!(on(1), on(3));
