@@ -37,7 +37,7 @@ use std::path::{Path, PathBuf};
 /// paper's agree is worked out from them. For one seed in detail: ballmark compare configs/duckett1998.toml.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
-  ballmark reproduce duckett1998 --quick")]
+  ballmark reproduce ruizmayor2006 --quick")]
 pub struct Arguments {
     /// thrun1998, duckett1998, duckett2000 or ruizmayor2006.
     #[arg(value_name = "PAPER", required_unless_present = "redraw")]
