@@ -47,10 +47,14 @@ pub struct Arguments {
     /// Few trials, resamples and steps of training only: does it work here? The figures mean little.
     #[arg(long)]
     toy: bool,
-    /// Draw page, tables and pictures again from this record (`comparison.json`), without the data. The page has the player
-    /// where the record's `player.json` lies beside it.
-    #[arg(long, value_name = "RECORD.json", conflicts_with_all = ["config", "seed", "toy"])]
-    redraw: Option<PathBuf>,
+    /// Draw page, tables and pictures again from this record (`comparison.json`), without the data. The page has the player where
+    /// the record's `player.json` lies beside it. From several records, their systems stand side by side where all were measured on the
+    /// same protocol.
+    #[arg(long, value_name = "RECORD.json", num_args = 1.., conflicts_with_all = ["config", "seed", "toy"])]
+    redraw: Vec<PathBuf>,
+    /// With several records: side by side also where their protocols differ. Such figures can't be compared.
+    #[arg(long, requires = "redraw")]
+    mixed: bool,
     /// One JSON object, the whole record, instead of tables.
     #[arg(long)]
     json: bool,
@@ -93,12 +97,19 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     if let Some(folder) = out {
         make_writable(folder)?;
     }
-    let comparison = match (&arguments.redraw, &arguments.config) {
-        (Some(record), _) => read(record)?,
+    let comparison = match (arguments.redraw.split_first(), &arguments.config) {
+        (Some((first, others)), _) => {
+            let join = |joined: Comparison, file: &PathBuf| {
+                joined
+                    .joined(read(file)?, arguments.mixed)
+                    .map_err(|fault| fault.in_file(file))
+            };
+            others.iter().try_fold(read(first)?, join)?
+        }
         (None, Some(config)) => compared(config, arguments.seed, arguments.toy, out)?,
         (None, None) => return Err(Error::usage("no configuration; expected C.toml")), // clap sees to it
     };
-    let is_new = arguments.redraw.is_none();
+    let is_new = arguments.redraw.is_empty();
     tell(
         &comparison,
         sheets(&comparison),

@@ -21,6 +21,7 @@ mod simulate;
 mod terminal;
 mod train;
 mod trajectory;
+mod trials;
 mod view;
 
 use crate::error::{Error, Result};
@@ -56,6 +57,7 @@ enum Command {
     Features(features::Arguments),
     Export(export::Arguments),
     Compare(compare::Arguments),
+    Trials(trials::Arguments),
     Score(score::Arguments),
     Trajectory(trajectory::Arguments),
     Reproduce(reproduce::Arguments),
@@ -108,6 +110,7 @@ pub fn run_with(arguments: Vec<OsString>) -> u8 {
         Command::Features(arguments) => features::run(arguments),
         Command::Export(arguments) => export::run(arguments),
         Command::Compare(arguments) => compare::run(arguments),
+        Command::Trials(arguments) => trials::run(arguments),
         Command::Score(arguments) => score::run(arguments),
         Command::Trajectory(arguments) => trajectory::run(arguments),
         Command::Reproduce(arguments) => reproduce::run(arguments),

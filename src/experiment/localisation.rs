@@ -17,12 +17,14 @@ use super::{
     kidnapping,
     line_up::{is_own, line_up},
     lost_tuning::tuned_lost,
-    method::Method,
+    method::{AnswersBy, Method},
     methods::MethodContext,
     paired_trials::{FiguresOfTrials, paired_tests},
     parts::Parts,
+    protocol_record::ProtocolRecord,
     recall::recalled,
     region_coverage::coverage,
+    repeats::Repeats,
     risk_coverage::risk_coverage,
     sequences::{drawn, evidence_scale},
     step_time::{StepTime, step_time},
@@ -150,6 +152,7 @@ pub fn play(
     Ok(Record {
         trials: trials.len(),
         stretches: stretches.collect::<BTreeSet<_>>().len(),
+        protocol: ProtocolRecord::of_trials(context, &trials),
         cells: context.grid.len(),
         unseen: parts.unseen.len(),
         covered: parts.covered(&context.mapped.places).len(),
@@ -215,6 +218,10 @@ fn played(
         correction: correction(&trials[..known.len()], &known, is_grid_filter, context)?,
         confidence: confidence(trials, &anywhere, lost, places, resamples, seed),
         kidnapped,
+        repeats: match &method.answers {
+            AnswersBy::Recorded(recorded) => Repeats::of(recorded, trials, context)?,
+            _ => None,
+        },
         held_out: scores
             .map(|(&prior, &score)| HeldOut { prior, score })
             .collect(),

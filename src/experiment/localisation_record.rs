@@ -8,7 +8,9 @@ use super::{
     end_success::SuccessAtEnd,
     kidnapping::Kidnapped,
     paired_trials::PairedTest,
+    protocol_record::ProtocolRecord,
     region_coverage::Coverage,
+    repeats::Repeats,
     risk_coverage::RiskCoverage,
     step_time::StepTime,
 };
@@ -128,6 +130,9 @@ pub struct MethodResult {
     /// What its corrections are worth apart from its predictions, from a known start; null where its answers have no headings.
     #[serde(default)]
     pub correction: Option<Correction>,
+    /// What came of asking it again with the same seed and with others; null where nobody did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<Repeats>,
     /// What came of carrying it away; null where nobody did, or it is no filter with a sensor.
     #[serde(default)]
     pub kidnapped: Option<Kidnapped>,
@@ -174,6 +179,9 @@ pub struct Record {
     pub trials: usize,
     /// Unseen stretches that they run in.
     pub stretches: usize,
+    /// What the figures were measured on.
+    #[serde(default)]
+    pub protocol: ProtocolRecord,
     /// Cells of the belief.
     pub cells: usize,
     /// Unseen snapshots, and those of them at places that training saw.
@@ -245,6 +253,16 @@ impl Timing {
             self.prediction_ms.insert(name.into(), prediction_ms);
             self.correction_ms.insert(name.into(), correction_ms);
         }
+    }
+
+    /// Adds the times of another record, whose methods are called otherwise now.
+    pub(super) fn join(&mut self, other: Self, names: &BTreeMap<String, String>) {
+        let called = |(name, ms): (String, f64)| (names.get(&name).cloned().unwrap_or(name), ms);
+        self.step_ms.extend(other.step_ms.into_iter().map(called));
+        self.prediction_ms
+            .extend(other.prediction_ms.into_iter().map(called));
+        self.correction_ms
+            .extend(other.correction_ms.into_iter().map(called));
     }
 }
 

@@ -191,7 +191,7 @@ fn by_localiser(
 }
 
 /// The answers of somebody who is no grid filter, held against the truth, one entry a trial.
-fn judged(
+pub(super) fn judged(
     trials: &[Trial],
     steps: &[Vec<Step>],
     context: &MethodContext,

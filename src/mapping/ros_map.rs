@@ -6,6 +6,7 @@
 mod picture;
 #[cfg(test)]
 mod tests;
+mod write;
 mod yaml;
 
 use super::occupancy_map::{Occupancy, OccupancyMap};

@@ -8,6 +8,7 @@ mod found_plot;
 mod json;
 mod kidnapping;
 mod on_page;
+mod repeats;
 mod risk_plot;
 mod trial_figures;
 
@@ -58,6 +59,9 @@ pub fn table(record: &Record) -> Table {
         table.caption(line);
     }
     caption_marks(&mut table, is_marked);
+    for line in repeats::captions(record) {
+        table.caption(line);
+    }
     if let Some(line) = best_rival::in_words(record) {
         table.caption(line);
     }

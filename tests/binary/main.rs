@@ -31,6 +31,7 @@ mod train;
 mod trajectory;
 mod trajectory_faults;
 mod trajectory_runs;
+mod trials;
 mod unsteady_robots;
 mod viewpoint;
 mod worlds;

@@ -1,8 +1,9 @@
 //! What is played back: datasets from files, and worlds simulated at once.
 
-use super::dataset_config::DatasetConfig;
+use super::{CompareConfig, dataset_config::DatasetConfig};
 use crate::{
     error::{Error, Result},
+    experiment::protocol::Protocol,
     recording::{Recording, degraded::Degraded, npz},
     seed::Seed,
     world::{
@@ -87,6 +88,22 @@ impl LoadedDataset {
             world,
             notes,
         })
+    }
+}
+
+impl LoadedDataset {
+    /// The comparison's protocol applied to it, with people and noise before what is tested on.
+    ///
+    /// # Errors
+    /// As [`Protocol::new`].
+    pub fn protocol(&self, config: &CompareConfig) -> Result<Protocol<'_>> {
+        let protocol = Protocol::new(&self.recording, &config.protocol_for(&self.recording))?;
+        let seed = config.trials().seed();
+        let protocol = match config.degraded.people {
+            Some(share) if share > 0.0 => protocol.with_people(share, seed)?,
+            _ => protocol,
+        };
+        protocol.with_noise(&config.degraded, seed)
     }
 }
 

@@ -11,27 +11,32 @@ mod config;
 mod dataset;
 mod dataset_config;
 mod evaluate;
+mod file_names;
+mod join;
 mod model_cache;
 mod progress;
 mod record;
 mod registry;
 mod significance;
 mod system;
+mod trial_set;
 
 pub use crate::detector::HandMade;
 pub use config::CompareConfig;
 pub use dataset_config::DatasetConfig;
+pub use file_names::file_names;
 pub use progress::Progress;
 pub use record::{
     Comparison, ComparisonRecord, DatasetRecord, LocalisationSection, Outcome, PairedTest, Section,
-    StandardCell, SystemRecord, Timing, file_names,
+    StandardCell, SystemRecord, Timing,
 };
 pub use registry::Registry;
 pub use system::{System, SystemConfig};
+pub use trial_set::{TrialOfSet, TrialSet};
 
 use crate::{
     error::{Error, Result},
-    experiment::protocol::Protocol,
+    experiment::protocol_record::ProtocolRecord,
 };
 use dataset::LoadedDataset;
 use evaluate::Evaluator;
@@ -92,21 +97,15 @@ pub fn compare(
             source: recording.columns().source.clone(),
             sha256: recording.columns().dataset_sha256.clone(),
             degraded: recording.columns().degraded.clone(),
+            protocol: ProtocolRecord::default(),
             snapshots: recording.len(),
             mapping: 0,
             testing: 0,
             notes: loaded.notes.clone(),
         };
-        let protocol = Protocol::new(recording, &config.protocol_for(recording));
-        let protocol = match config.degraded.people {
-            Some(share) if share > 0.0 => {
-                protocol.and_then(|protocol| protocol.with_people(share, config.trials().seed()))
-            }
-            _ => protocol,
-        };
-        let protocol = protocol
-            .and_then(|protocol| protocol.with_noise(&config.degraded, config.trials().seed()));
+        let protocol = loaded.protocol(config);
         if let Ok(protocol) = &protocol {
+            dataset_record.protocol = ProtocolRecord::of_protocol(protocol);
             (dataset_record.mapping, dataset_record.testing) =
                 (protocol.mapping.len(), protocol.testing.len());
             dataset_record.notes.extend(protocol.notes.iter().cloned());

@@ -1,6 +1,6 @@
 //! The models of systems that need BaLL's filters: trained on the mapping part of a dataset, once for each distinct recipe.
 
-use super::record::file_names;
+use super::file_names;
 use crate::{
     error::{Error, Result},
     experiment::protocol::Protocol,

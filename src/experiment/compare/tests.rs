@@ -1,7 +1,7 @@
 //! What a configuration may say, and which errors come of what it may not.
 
 use super::*;
-use crate::{localiser, recogniser};
+use crate::{experiment::protocol::Protocol, localiser, recogniser};
 
 const DATASET: &str = "[[dataset]]\nfile = 'a.npz'\n";
 const SYSTEM: &str = "[[system]]\nkind = 'nearest'\n";

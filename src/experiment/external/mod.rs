@@ -34,6 +34,10 @@ pub struct RecordedAnswers {
     pub anywhere: Vec<Vec<Step>>,
     /// From a known start; empty where it was not asked.
     pub known: Vec<Vec<Step>>,
+    /// From a start anywhere once more, with the same seed; none where nobody asked again.
+    pub same_seed: Option<Vec<Vec<Step>>>,
+    /// The same with other seeds.
+    pub other_seeds: Vec<Vec<Vec<Step>>>,
 }
 
 impl ExternalConfig {
@@ -78,9 +82,10 @@ impl ExternalConfig {
             }
         }
         let mut all = Vec::new();
+        let seed = context.seed().0;
         for &start in starts {
             let names = names_of(start);
-            let steps = self.of_start(context, &trials, (start, &names), folder)?;
+            let steps = self.of_start(context, &trials, (start, &names), folder, seed)?;
             all.push((names, steps));
         }
         let answered: Vec<Answered> = all
@@ -92,8 +97,20 @@ impl ExternalConfig {
             })
             .collect();
         frame::check(context.parts.run, &answered)?;
+        let again = |seed: u64| {
+            let names = names_of(Start::Unknown);
+            self.of_start(context, &trials, (Start::Unknown, &names), folder, seed)
+        };
+        let (mut same_seed, mut other_seeds) = (None, Vec::new());
+        if self.repeats > 0 {
+            same_seed = Some(again(seed)?);
+            let others = (1..=self.repeats as u64).map(|number| again(seed.wrapping_add(number)));
+            other_seeds = others.collect::<Result<_>>()?;
+        }
         let mut steps = all.into_iter().map(|(_, steps)| steps);
         Ok(RecordedAnswers {
+            same_seed,
+            other_seeds,
             anywhere: steps.next().unwrap_or_default(),
             known: steps.next().unwrap_or_default(),
         })
@@ -105,6 +122,7 @@ impl ExternalConfig {
         trials: &[Trial],
         (start, names): (Start, &[String]),
         folder: &Path,
+        seed: u64,
     ) -> Result<Vec<Vec<Step>>> {
         let run = context.parts.run;
         let one = |(trial, name): (&Trial, &String)| {
@@ -114,7 +132,7 @@ impl ExternalConfig {
                     start,
                     pose: run.poses()[trial.snapshots[0]],
                     observed: &observed(run, trial)?,
-                    seed: context.seed().0,
+                    seed,
                 };
                 command::answer(self, &asked, folder)?;
             }

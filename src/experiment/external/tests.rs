@@ -273,6 +273,37 @@ fn a_command_that_fails_or_takes_too_long_is_named_with_its_last_words() {
     });
 }
 
+/// A command whose answers hang on its seed, or on the time of the day.
+#[cfg(unix)]
+#[test]
+fn what_is_chance_is_told_apart() {
+    let recording = test_world();
+    in_context(&recording, |context| {
+        let repeats = |place: &str| {
+            let script = format!(
+                "tail -n +2 \"$1\" | while IFS=, read t rest; do echo \"$t {place} 3 0 0 0 0 1\"; done > \"$2\""
+            );
+            let config = ExternalConfig {
+                repeats: 2,
+                start: Starts::Unknown,
+                ..command(&script)
+            };
+            let method = config.method(context, "x").unwrap();
+            let record = localisation::play(context, vec![method], &mut |_| ()).unwrap();
+            record.results[0].repeats.clone().unwrap()
+        };
+        let by_seed = repeats("$4");
+        assert_eq!(
+            (by_seed.seeds, by_seed.trials_that_differ_with_one_seed),
+            (3, 0)
+        );
+        let error = by_seed.point_error_at_10m_m.unwrap();
+        assert!(error.sd > 0.01 && error.least < error.most, "{error:?}");
+        let by_chance = repeats("0.$(od -An -N4 -tu4 /dev/urandom | tr -d ' ')");
+        assert!(by_chance.trials_that_differ_with_one_seed > 6);
+    });
+}
+
 #[test]
 fn a_configuration_says_who_answers() {
     let check = |text: &str| {

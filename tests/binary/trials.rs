@@ -1,0 +1,238 @@
+//! `ballmark trials`, and systems of other people in `ballmark compare`.
+
+use crate::support::Workplace;
+use serde_json::Value;
+use std::{fs, path::Path};
+
+/// Six short trials on every other run.
+const CONFIG: &str = "seed = 3\n[protocol]\nmapping = 'split'\n[localisation]\ntrials = 6\nlongest_m = 8.0\nresamples = 20\n";
+
+fn corridor() -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    root.join("datasets/corridor-small.npz")
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// A folder `t` with trials.
+fn with_trials(more: &[&str]) -> (Workplace, String) {
+    let place = Workplace::new();
+    place.write("c.toml", CONFIG);
+    let corridor = corridor();
+    let call = [
+        &["trials", &corridor, "-o", "t", "--config", "c.toml"],
+        more,
+    ]
+    .concat();
+    let told = place.ballmark(&call).done().stdout.clone();
+    (place, told)
+}
+
+/// Times and odometry of a trial.
+fn trial(place: &Workplace, name: &str) -> Vec<[f64; 4]> {
+    let text = fs::read_to_string(place.path(&format!("t/trials/csv/{name}.csv"))).unwrap();
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        [0, 1, 2, 3].map(|at| cells[at].parse().unwrap())
+    };
+    text.lines().skip(1).map(row).collect()
+}
+
+fn listed(place: &Workplace) -> Vec<Vec<String>> {
+    let text = fs::read_to_string(place.path("t/trials/trials.csv")).unwrap();
+    text.lines()
+        .skip(1)
+        .map(|line| line.split(',').map(String::from).collect())
+        .collect()
+}
+
+/// Answers that add odometry to the start, or to the middle of nowhere.
+fn answer_all(place: &Workplace) {
+    for row in listed(place) {
+        let known = row[1] == "known";
+        let at = |k: usize| {
+            if known {
+                row[k].parse::<f64>().unwrap()
+            } else {
+                1.0
+            }
+        };
+        let (x, y, heading) = (at(4), at(5), at(6));
+        let mut text = String::new();
+        for [time_s, dx, dy, turn] in trial(place, &row[0]) {
+            let (px, py) = (
+                x + dx * heading.cos() - dy * heading.sin(),
+                y + dx * heading.sin() + dy * heading.cos(),
+            );
+            let half = (heading + turn) / 2.0;
+            text += &format!("{time_s} {px} {py} 0 0 0 {} {}\n", half.sin(), half.cos());
+        }
+        fs::write(place.path(&format!("t/answers/{}.tum", row[0])), text).unwrap();
+    }
+}
+
+#[test]
+fn trials_are_given_away_without_the_truth_and_judged() {
+    let (place, told) = with_trials(&[]);
+    assert!(
+        told.contains("6 trials from anywhere, 6 from a known start"),
+        "{told}"
+    );
+    assert_eq!(place.files(), ["c.toml", "t"]);
+    let rows = listed(&place);
+    assert_eq!(rows.len(), 12);
+    for row in &rows {
+        let is_known = row[1] == "known";
+        assert!(
+            row[0].starts_with(&row[1]) && row[4].is_empty() != is_known,
+            "{row:?}"
+        );
+        let first = trial(&place, &row[0])[0];
+        assert_eq!(first, [1.0, 0.0, 0.0, 0.0]);
+        let header =
+            fs::read_to_string(place.path(&format!("t/trials/csv/{}.csv", row[0]))).unwrap();
+        assert!(
+            header.starts_with("time_s,odometry_x_m,odometry_y_m,odometry_heading_rad,"),
+            "{header}"
+        );
+    }
+    let mapping = fs::read_to_string(place.path("t/mapping/mapping.csv")).unwrap();
+    assert!(mapping.starts_with("time_s,x_m,y_m,heading_rad,"));
+    answer_all(&place);
+    let record = place
+        .ballmark(&["compare", "t/compare.toml", "--json"])
+        .done()
+        .stdout
+        .clone();
+    let record: Value = serde_json::from_str(&record).unwrap();
+    let trials = &record["localisation"]["records"][0]["done"];
+    let mine = &trials["results"][0];
+    assert_eq!(
+        (mine["name"].as_str(), trials["trials"].as_u64()),
+        (Some("mine"), Some(6))
+    );
+    // Odometry from a known start is what our own dead reckoning says.
+    let own = trials["results"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|r| r["name"] == "odometry")
+        .unwrap();
+    let row = |of: &Value| {
+        of["tracking"]["error_by_distance"][2]["point_error_m"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!(
+        row(mine) < 0.5 && (row(mine) - row(own)).abs() < 0.5,
+        "{} {}",
+        row(mine),
+        row(own)
+    );
+    assert_eq!(trials["protocol"]["hash"].as_str().unwrap().len(), 16);
+}
+
+#[test]
+fn what_is_wrong_with_answers_is_named_in_the_row() {
+    let (place, _) = with_trials(&["--start", "unknown"]);
+    answer_all(&place);
+    let file = place.path("t/answers/unknown-002.tum");
+    let whole = fs::read_to_string(&file).unwrap();
+    let mut lines: Vec<&str> = whole.lines().collect();
+    lines.pop();
+    let none = String::new();
+    for (text, words) in [
+        (&lines.join("\n"), "unknown-002.tum: no answer to snapshot"),
+        (
+            &whole.replacen("1 ", "nan ", 1),
+            "unknown-002.tum: line 1: `stamp` holds `nan`",
+        ),
+        (&none, "unknown-002.tum"),
+    ] {
+        fs::write(&file, text).unwrap();
+        let answer = place.ballmark(&["compare", "t/compare.toml"]);
+        assert_eq!(answer.status, 3, "{}", answer.stderr);
+        let line = answer
+            .stderr
+            .lines()
+            .find(|line| line.starts_with("failed: [localisation] mine"));
+        assert!(
+            line.is_some_and(|line| line.contains(words)),
+            "{words}: {}",
+            answer.stderr
+        );
+    }
+    fs::remove_file(&file).unwrap();
+    let answer = place.ballmark(&["compare", "t/compare.toml"]);
+    assert!(
+        answer.stderr.contains("no answer to unknown-002; expected"),
+        "{}",
+        answer.stderr
+    );
+    fs::write(place.path("t/answers/unknown-099.csv"), whole).unwrap();
+    let answer = place.ballmark(&["compare", "t/compare.toml"]);
+    assert!(
+        answer.stderr.contains("unknown-099.csv: answers no trial"),
+        "{}",
+        answer.stderr
+    );
+    // Nor are earlier answers mixed with new trials.
+    place
+        .ballmark(&["trials", &corridor(), "-o", "t"])
+        .refused(1, &["t/answers", "holds answers to earlier trials"]);
+}
+
+#[test]
+fn what_no_trials_can_be_made_of_is_refused() {
+    let place = Workplace::new();
+    place.write("bad.toml", "[localisation]\ntrials = 0\n");
+    let corridor = corridor();
+    place
+        .ballmark(&["trials", &corridor, "-o", "t", "--config", "bad.toml"])
+        .refused(2, &["bad.toml", "localisation.trials"]);
+    place.write("bad.toml", "[protocol]\nmaps = 'split'\n");
+    place
+        .ballmark(&["trials", &corridor, "-o", "t", "--config", "bad.toml"])
+        .refused(2, &["bad.toml: line 2", "maps"]);
+    place
+        .ballmark(&["trials", "none.npz", "-o", "t"])
+        .refused(1, &["none.npz"]);
+    place
+        .ballmark(&["trials", &corridor, "-o", "t", "--format", "mcap"])
+        .refused(1, &["--format mcap", "evenly spaced"]);
+    assert_eq!(place.files(), ["bad.toml"]);
+}
+
+#[test]
+fn records_of_one_protocol_stand_side_by_side() {
+    let place = Workplace::new();
+    let compare = |name: &str, system: &str, trials: usize| {
+        let text = format!(
+            "seed = 3\n[[dataset]]\nname = 'corridor'\nfile = '{}'\n[[system]]\nname = 'x'\n{system}\n[protocol]\nmapping = 'split'\n\
+             [localisation]\ntrials = {trials}\nlongest_m = 8.0\nresamples = 20\n",
+            corridor()
+        );
+        place.write("c.toml", text);
+        place.ballmark(&["compare", "c.toml", "--out", name]).done();
+    };
+    compare("a", "kind = 'bayes'\nlandmarks = []", 6);
+    compare("b", "kind = 'dead_reckoning'", 6);
+    compare("c", "kind = 'dead_reckoning'", 5);
+    let [a, b, c] = ["a", "b", "c"].map(|name| format!("{name}/comparison.json"));
+    let both = place
+        .ballmark(&["compare", "--redraw", &a, &b])
+        .done()
+        .stdout
+        .clone();
+    assert!(both.contains("x (2)"), "{both}");
+    place.ballmark(&["compare", "--redraw", &a, &c]).refused(
+        1,
+        &[
+            "c/comparison.json: corridor: measured on another protocol: `trials` differs",
+            "--mixed",
+        ],
+    );
+    place
+        .ballmark(&["compare", "--redraw", &a, &c, "--mixed"])
+        .done();
+}
