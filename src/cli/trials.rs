@@ -1,7 +1,11 @@
 //! `ballmark trials`: the trials of a comparison for somebody else's localiser, without the truth.
 
 use super::{
-    Outcome, compare::make_writable, localise::write_text, print, progress::Progress, warn,
+    Outcome,
+    files::{make_writable, write_text},
+    print,
+    progress::Progress,
+    warn,
 };
 use crate::{
     error::{Error, Result},

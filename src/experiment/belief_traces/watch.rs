@@ -17,7 +17,9 @@ use crate::{
         trials::Trial,
     },
     geometry::Pose,
-    localiser::{BayesLocaliser, LostConfig, PreparedSensorModel, sensor_model::EvidenceScale},
+    localiser::{
+        BayesLocaliser, LostConfig, PreparedSensorModel, Step, sensor_model::EvidenceScale,
+    },
 };
 use std::collections::BTreeMap;
 
@@ -201,29 +203,41 @@ impl<'a> Watch<'a> {
                 let prepared = model.prepare(parts.run, &snapshots)?;
                 with(Some(prepared.as_ref()))
             }
+            AnswersBy::Recorded(recorded) => {
+                let steps = |number: usize| &recorded.anywhere[number];
+                let kept = |number: usize| &steps(number)[..self.snapshots(number).len()];
+                numbers
+                    .iter()
+                    .map(|&number| self.by_steps(kept(number)))
+                    .collect()
+            }
             AnswersBy::Localiser(localiser) => {
                 let scaled = scaled(localiser.as_ref(), scale);
                 let localiser = scaled.as_deref().unwrap_or(localiser.as_ref());
                 let player = localiser.prepare(context.parts.run, &snapshots)?;
                 let by_localiser = |&number: &usize| {
-                    let steps =
-                        player.play(self.snapshots(number), None, &mut stream(context, number))?;
-                    let mut seen = Seen::default();
-                    for step in &steps {
-                        if !self.traces.is_route && !step.posterior.is_empty() {
-                            seen.0.push(self.squares.of_places(&step.posterior));
-                        }
-                        let place = estimate(step)?.filter(|_| !self.traces.is_route);
-                        let heading = step.heading_rad.into_iter();
-                        seen.1
-                            .push(place.map(|p| all_rounded_of(p.into_iter().chain(heading))));
-                        seen.2.push(None);
-                    }
-                    Ok(seen)
+                    let mut stream = stream(context, number);
+                    self.by_steps(&player.play(self.snapshots(number), None, &mut stream)?)
                 };
                 numbers.iter().map(by_localiser).collect()
             }
         }
+    }
+
+    /// Of somebody who is no grid filter.
+    fn by_steps(&self, steps: &[Step]) -> Result<Seen> {
+        let mut seen = Seen::default();
+        for step in steps {
+            if !self.traces.is_route && !step.posterior.is_empty() {
+                seen.0.push(self.squares.of_places(&step.posterior));
+            }
+            let place = estimate(step)?.filter(|_| !self.traces.is_route);
+            let heading = step.heading_rad.into_iter();
+            seen.1
+                .push(place.map(|p| all_rounded_of(p.into_iter().chain(heading))));
+            seen.2.push(None);
+        }
+        Ok(seen)
     }
 
     fn by_filter(
