@@ -12,6 +12,11 @@ pub(super) struct Squares {
     pub cell_m: f64,
     /// Centres, metres.
     pub centres: Vec<Vec<f64>>,
+    /// Centre of the grid's first site, and the edge of its cells, in metres.
+    first_m: [f64; 2],
+    fine_m: f64,
+    /// Cells of the grid along the edge of a square.
+    by: i64,
     /// By their number along each axis.
     number: BTreeMap<[i64; 2], usize>,
     /// Of each site of the grid.
@@ -24,7 +29,7 @@ impl Squares {
         let sites = grid.len() / grid.headings();
         let mut by = 1;
         loop {
-            let squares = Self::of_size(grid, sites, by as f64 * grid.cell_m());
+            let squares = Self::of_size(grid, sites, by);
             if squares.centres.len() <= most {
                 return squares;
             }
@@ -32,9 +37,10 @@ impl Squares {
         }
     }
 
-    fn of_size(grid: &Grid, sites: usize, cell_m: f64) -> Self {
+    fn of_size(grid: &Grid, sites: usize, by: i64) -> Self {
+        let (first_m, fine_m) = (place(grid.places(), 0), grid.cell_m());
         let at: Vec<[i64; 2]> = (0..sites)
-            .map(|site| square(place(grid.places(), site), cell_m))
+            .map(|site| square(place(grid.places(), site), first_m, fine_m, by))
             .collect();
         let mut number: BTreeMap<[i64; 2], usize> = at.iter().map(|square| (*square, 0)).collect();
         for (index, of_square) in number.values_mut().enumerate() {
@@ -42,11 +48,15 @@ impl Squares {
         }
         let is_route = matches!(**grid.places(), Places::Route(_));
         let centre = |square: &[i64; 2]| {
-            let centre = square.map(|n| (n as f64 + 0.5) * cell_m);
+            let middle = |n: i64| (n * by) as f64 + 0.5 * (by - 1) as f64;
+            let centre = [0, 1].map(|axis| first_m[axis] + middle(square[axis]) * fine_m);
             centre[..if is_route { 1 } else { 2 }].to_vec()
         };
         Self {
-            cell_m,
+            cell_m: by as f64 * fine_m,
+            first_m,
+            fine_m,
+            by,
             centres: number.keys().map(centre).collect(),
             of_site: at.iter().map(|square| number[square]).collect(),
             number,
@@ -66,7 +76,8 @@ impl Squares {
     pub fn of_places(&self, posterior: &[Probable]) -> Vec<u8> {
         let mut mass = vec![0.0; self.centres.len()];
         for (place, held) in posterior {
-            if let Some(&number) = self.number.get(&square(*place, self.cell_m)) {
+            let at = square(*place, self.first_m, self.fine_m, self.by);
+            if let Some(&number) = self.number.get(&at) {
                 mass[number] += held;
             }
         }
@@ -82,8 +93,12 @@ fn place(places: &Places, index: usize) -> [f64; 2] {
     }
 }
 
-fn square(place: [f64; 2], cell_m: f64) -> [i64; 2] {
-    place.map(|metres| (metres / cell_m).floor() as i64)
+/// The square that holds a place: squares are counted from the first site on, `by` cells each.
+fn square(place: [f64; 2], first_m: [f64; 2], fine_m: f64, by: i64) -> [i64; 2] {
+    [0, 1].map(|axis| {
+        let cells = ((place[axis] - first_m[axis]) / fine_m + 0.5).floor();
+        (cells as i64).div_euclid(by)
+    })
 }
 
 /// 255 · √mass.
@@ -117,6 +132,23 @@ mod tests {
         let levels = fine.of_belief(&belief);
         assert_eq!(levels.iter().filter(|level| **level > 0).count(), 1);
         assert!(levels.contains(&255));
+        // Each at the centre of its site, wherever the grid begins.
+        let route = Grid::along_route(
+            0.3,
+            9.0,
+            &GridConfig {
+                cell_m: 0.1,
+                ..config
+            },
+        )
+        .unwrap();
+        let pieces = Squares::over(&route, route.len());
+        assert_eq!(pieces.centres.len(), route.len());
+        let Places::Route(centres) = &**route.places() else {
+            panic!("no route")
+        };
+        let same = |(a, b): (&Vec<f64>, &f64)| (a[0] - b).abs() < 1e-9;
+        assert!(pieces.centres.iter().zip(centres).all(same));
         let centre = [fine.centres[3][0], fine.centres[3][1]];
         let particles = fine.of_places(&[(centre, 0.25), ([99.0, 0.0], 0.75)]);
         assert_eq!(
