@@ -88,7 +88,7 @@ pub fn draw(
     if starts.is_empty() {
         return Err(Error::work(format!(
             "no trial possible: the longest of {} unseen stretches through places seen in training is {:.1} m; expected \
-             {} m (localise.shortest_m), or a split with longer stretches (train.split.unit)",
+             {} m (`shortest_m`), or a split with longer stretches (`unit` of the split)",
             stretches.len(),
             stretches.iter().map(length).fold(0.0, f64::max),
             sampling.shortest_m
