@@ -1,6 +1,8 @@
 //! Whoever can be asked in localisation trials where the robot is, as a value.
 
-use super::{external::RecordedAnswers, kept_evidence::SingleSnapshots, stopwatch::ready_ms};
+use super::{
+    kept_evidence::SingleSnapshots, recorded_answers::RecordedAnswers, stopwatch::ready_ms,
+};
 use crate::{
     belief::OdometryMotion,
     detector::Detector,

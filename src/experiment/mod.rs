@@ -42,6 +42,7 @@ pub mod protocol;
 pub mod protocol_record;
 pub mod recall;
 pub mod recognition;
+pub mod recorded_answers;
 pub mod region_coverage;
 pub mod repeats;
 pub mod reproduce;

@@ -2,8 +2,8 @@
 
 use super::{
     convergence::{REPORTED_AT_M, converged_at_m, latest_at},
-    external::RecordedAnswers,
     methods::MethodContext,
+    recorded_answers::RecordedAnswers,
     trial_play::judged,
     trials::Trial,
 };

@@ -16,6 +16,7 @@ pub use trial_files::{Start, names, observed, times};
 use super::{
     method::{AnswersBy, Method, method},
     methods::MethodContext,
+    recorded_answers::RecordedAnswers,
     sequences::drawn,
     trials::Trial,
 };
@@ -26,19 +27,6 @@ use crate::{
 use command::Asked;
 use frame::Answered;
 use std::path::Path;
-
-/// What somebody answered in all trials, one entry a trial.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct RecordedAnswers {
-    /// From a start anywhere.
-    pub anywhere: Vec<Vec<Step>>,
-    /// From a known start; empty where it was not asked.
-    pub known: Vec<Vec<Step>>,
-    /// From a start anywhere once more, with the same seed; none where nobody asked again.
-    pub same_seed: Option<Vec<Vec<Step>>>,
-    /// The same with other seeds.
-    pub other_seeds: Vec<Vec<Vec<Step>>>,
-}
 
 impl ExternalConfig {
     /// Its answers to the trials of this context, to be judged like everybody's.
