@@ -18,6 +18,7 @@ use ballmark::{
         adaptation::AdaptConfig,
         compare::DatasetConfig,
         error_reduction::ErrorReductionConfig,
+        external::ExternalConfig,
         landmarks::LandmarksConfig,
         lifelong::LifelongConfig,
         localisation::LocaliseConfig,
@@ -343,6 +344,8 @@ fn systems(source: &Source) -> Page {
     }
     let default = value(MonteCarloConfig::default());
     draft.add_kind_of("monte_carlo", "MonteCarloConfig", default);
+    let default = value(ExternalConfig::default());
+    draft.add_kind_of("external", "ExternalConfig", default);
     draft.heading(
         "Sensor models",
         "What the grid Bayes filter, `kind = \"bayes\"`, is driven by in a comparison: `landmarks` names one of these, or \

@@ -5,7 +5,10 @@ use crate::{
     mapping::{Occupancy, OccupancyMap},
     storage,
 };
-use image::{ExtendedColorType, ImageEncoder, codecs::pnm::PnmEncoder};
+use image::{
+    ExtendedColorType, ImageEncoder,
+    codecs::pnm::{PnmEncoder, PnmSubtype, SampleEncoding},
+};
 use std::path::Path;
 
 /// Brightness of what is occupied, free and unknown, as map_server's own maps have it.
@@ -21,6 +24,7 @@ impl OccupancyMap {
     /// let yaml = folder.path().join("cell.yaml");
     /// map.write_ros(&yaml)?;
     /// assert_eq!(RosMap::read(&yaml)?.occupancy_map()?, map);
+    /// assert!(std::fs::read(yaml.with_extension("pgm")).unwrap().starts_with(b"P5"));
     /// # Ok::<(), ballmark::Error>(())
     /// ```
     ///
@@ -43,8 +47,10 @@ impl OccupancyMap {
             u32::try_from(height).map_err(too_large)?,
         );
         storage::write_file(&picture, |out| {
-            let encoded =
-                PnmEncoder::new(out).write_image(&pixels, columns, rows, ExtendedColorType::L8);
+            // Grey values alone; by itself the encoder writes PAM, which map_server doesn't read.
+            let grey = PnmSubtype::Graymap(SampleEncoding::Binary);
+            let encoder = PnmEncoder::new(out).with_subtype(grey);
+            let encoded = encoder.write_image(&pixels, columns, rows, ExtendedColorType::L8);
             encoded.map_err(std::io::Error::other)
         })?;
         let name = picture.file_name().unwrap_or_default().to_string_lossy();
