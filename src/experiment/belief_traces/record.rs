@@ -39,7 +39,7 @@ pub struct Plan {
     pub origin_m: [f64; 2],
     /// Cells along x and along y.
     pub size: [usize; 2],
-    /// A byte a cell, rows along x from the least y up: 0 unknown, 1 free, 2 occupied. Packed as [`pack`] does.
+    /// A byte a cell, rows along x from the least y up: 0 unknown, 1 free, 2 occupied. As zlib and base64 write it.
     pub cells: String,
 }
 
@@ -73,7 +73,7 @@ pub struct TracedSystem {
     pub entropy_nats: Vec<Option<f64>>,
     /// Does the robot say that it is lost? Null where it can't.
     pub is_lost: Vec<Option<bool>>,
-    /// What each square holds: a byte a square, squares of one step side by side, 255 · √mass. Packed as [`pack`] does;
+    /// What each square holds: a byte a square, squares of one step side by side, 255 · √mass. As zlib and base64 write it;
     /// empty where there is no belief.
     pub mass: String,
 }
