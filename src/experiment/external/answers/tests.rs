@@ -93,7 +93,7 @@ fn a_covariance_spreads_the_answer() {
         (mean_m / expected_m - 1.0).abs() < 0.02,
         "{mean_m} {expected_m}"
     );
-    let leaning = gaussian([0.0, 0.0], [4.0, 2.0, 1.0]); // on a line: y = x / 2
+    let leaning = belief::gaussian([0.0, 0.0], [4.0, 2.0, 1.0]); // on a line: y = x / 2
     assert!(leaning.iter().all(|([x, y], _)| (x - 2.0 * y).abs() < 1e-9));
     let bad = text.replace(",0.25,0,0.25", ",0.25,1,0.25");
     assert!(fault("unknown-001.csv", &bad).contains("positive semidefinite"));
