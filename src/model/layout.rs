@@ -176,7 +176,7 @@ fn without_later_keys(meta: &mut Value) {
 const OCCUPANCY: &str = "map.occupancy";
 
 /// As ROS numbers occupancy.
-fn occupancy_number(cell: Occupancy) -> u8 {
+pub(super) fn occupancy_number(cell: Occupancy) -> u8 {
     match cell {
         Occupancy::Free => 0,
         Occupancy::Occupied => 100,

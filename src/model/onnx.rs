@@ -13,7 +13,7 @@ mod proto;
 #[cfg(test)]
 mod tests;
 
-use super::{ModelBank, trained_model::Model};
+use super::{ModelBank, layout::occupancy_number, trained_model::Model};
 use crate::{
     error::{Error, Result},
     recording::Channel,
@@ -117,7 +117,7 @@ fn file(bank: &ModelBank) -> Result<ModelProto> {
     })
 }
 
-/// The training places and what the networks answered there, as outputs without inputs.
+/// The training places, what the networks answered there, and the occupancy map that they are rendered from, as outputs without inputs.
 fn add_map(graph: &mut Graph, sets: &[Model]) {
     graph.begin("");
     let Some(first) = sets.first() else {
@@ -142,6 +142,22 @@ fn add_map(graph: &mut Graph, sets: &[Model]) {
         graph.named("map.route.values", "map.route");
         let doc = "their coordinate along the route, m";
         graph.output("map.route", true, &[Length::Fixed(k)], doc.into());
+    }
+    if let Some(map) = &first.occupancy {
+        let ([columns, rows], [x_m, y_m]) = (map.size(), map.origin_m());
+        let cells = map
+            .cells()
+            .iter()
+            .map(|&cell| f32::from(occupancy_number(cell)));
+        graph.array("map.occupancy.values", cells, &[rows, columns]);
+        graph.named("map.occupancy.values", "map.occupancy");
+        let doc = "what scans drew: 0 free, 100 occupied, 255 unknown; the southernmost row first, from west to east";
+        let shape = [rows, columns].map(Length::Fixed);
+        graph.output("map.occupancy", false, &shape, doc.into());
+        graph.array_f64("map.occupancy.frame.values", [x_m, y_m, map.cell_m()], &[3]);
+        graph.named("map.occupancy.frame.values", "map.occupancy.frame");
+        let doc = "x and y of its south-west corner, and the edge of a cell, m";
+        graph.output("map.occupancy.frame", true, &[Length::Fixed(3)], doc.into());
     }
     for set in sets {
         let name = match sets.len() {

@@ -322,6 +322,23 @@ fn a_bank_has_an_output_a_set_and_one_map() {
 }
 
 #[test]
+fn an_occupancy_map_travels_with_its_frame() {
+    use crate::mapping::{
+        Occupancy::{Free, Occupied, Unknown},
+        OccupancyMap,
+    };
+    let mut model = trained(|_| ());
+    let cells = vec![Free, Occupied, Unknown, Free, Free, Free];
+    model.occupancy = Some(OccupancyMap::from_cells(0.25, [-1.0, 2.0], 3, cells).unwrap());
+    let found = run(&file(&bank_of_one(&model)).unwrap(), &snapshots());
+    let numbers: Vec<f64> = found["map.occupancy"].iter().copied().collect();
+    assert_eq!(numbers, [0.0, 100.0, 255.0, 0.0, 0.0, 0.0]);
+    assert_eq!(found["map.occupancy"].shape(), [2, 3]);
+    let frame: Vec<f64> = found["map.occupancy.frame"].iter().copied().collect();
+    assert_eq!(frame, [-1.0, 2.0, 0.25]);
+}
+
+#[test]
 fn the_file_says_what_it_is() {
     let model = trained(|_| ());
     let file = file(&bank_of_one(&model)).unwrap();
