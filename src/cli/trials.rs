@@ -17,10 +17,11 @@ use crate::{
     },
     mapping::{OccupancyMap, OccupancyMapConfig, RangeSensors},
     recording::{
+        Channel,
         degraded::Degraded,
         write::{Format, write},
     },
-    report::Table,
+    report::{Cell, Table},
     storage,
     toml_file::TomlFile,
 };
@@ -100,15 +101,18 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         _ => &[Start::Unknown, Start::Known],
     };
     let folder = &arguments.output;
-    if folder
-        .join("answers")
-        .read_dir()
-        .is_ok_and(|mut files| files.next().is_some())
-    {
-        return Err(Error::file(
-            folder.join("answers"),
-            "holds answers to earlier trials; expected another folder, or one without them",
-        ));
+    for (part, what) in [
+        ("answers", "answers to earlier trials"),
+        ("trials", "earlier trials"),
+    ] {
+        let part = folder.join(part);
+        if part
+            .read_dir()
+            .is_ok_and(|mut files| files.next().is_some())
+        {
+            let fault = format!("holds {what}; expected another folder, or one without them");
+            return Err(Error::file(part, fault));
+        }
     }
     let set = TrialSet::new(&config, Path::new(""), starts)?;
     let channels = set.mapping.channels();
@@ -164,7 +168,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             start(1),
             start(2),
         ];
-        table.row(row.map(crate::report::Cell::Text));
+        table.row(row.map(Cell::Text));
     }
     progress.done();
     write_text(&trials.join("trials.csv"), &table.csv())?;
@@ -191,9 +195,15 @@ fn comparison(arguments: &Arguments) -> Result<CompareConfig> {
                 Error::usage(fault.to_string().replace("localise.", "localisation."))
             });
             localisation.map_err(|fault| text.locate(fault))?;
-            let folder = path.parent().unwrap_or(Path::new(""));
+            let mut localisation = file
+                .localisation
+                .beside(path.parent().unwrap_or(Path::new("")));
+            // The comparison that is written stands in another folder.
+            if !localisation.map.as_os_str().is_empty() {
+                localisation.map = full(&localisation.map)?;
+            }
             TrialsFile {
-                localisation: file.localisation.beside(folder),
+                localisation,
                 ..file
             }
         }
@@ -224,7 +234,7 @@ fn comparison(arguments: &Arguments) -> Result<CompareConfig> {
 }
 
 /// Those asked for; else all that hold these sensors, but for datasets.
-fn formats(asked: &[String], channels: &[crate::recording::Channel]) -> Result<Vec<Format>> {
+fn formats(asked: &[String], channels: &[Channel]) -> Result<Vec<Format>> {
     let is_asked = |format: &Format| asked.iter().any(|name| name == format.name());
     let mut formats: Vec<Format> = Format::ALL.into_iter().filter(is_asked).collect();
     if asked.is_empty() {
@@ -237,6 +247,12 @@ fn formats(asked: &[String], channels: &[crate::recording::Channel]) -> Result<V
     }
 }
 
+/// A file's name from the root on, so that it is found from any folder.
+fn full(file: &Path) -> Result<PathBuf> {
+    file.canonicalize()
+        .map_err(|e| Error::io("cannot find", file, e))
+}
+
 /// The comparison as a file: the localiser under test first, then rivals that learn nothing.
 fn judge(
     config: &CompareConfig,
@@ -244,9 +260,7 @@ fn judge(
     has_map: bool,
     starts: &[Start],
 ) -> Result<String> {
-    let full = dataset
-        .canonicalize()
-        .map_err(|e| Error::io("cannot find", dataset, e))?;
+    let full = full(dataset)?;
     let mut mine = toml::toml! {
         name = "mine"
         kind = "external"

@@ -190,6 +190,26 @@ fn what_is_wrong_with_answers_is_named_in_the_row() {
         .refused(1, &["t/answers", "holds answers to earlier trials"]);
 }
 
+/// The comparison stands in another folder than the configuration, and earlier trials aren't mixed with new ones.
+#[test]
+fn files_are_found_from_the_comparison_and_trials_are_of_one_call() {
+    let place = Workplace::new();
+    place.write("office.yaml", "image: office.pgm\n");
+    place.write("c.toml", format!("{CONFIG}map = 'office.yaml'\n"));
+    let corridor = corridor();
+    let call = [
+        "trials", &corridor, "-o", "t", "--config", "c.toml", "--start", "unknown",
+    ];
+    place.ballmark(&call).done();
+    let judge: toml::Table =
+        toml::from_str(&fs::read_to_string(place.path("t/compare.toml")).unwrap()).unwrap();
+    let map = Path::new(judge["localisation"]["map"].as_str().unwrap());
+    assert!(map.is_absolute() && map.is_file(), "{map:?}");
+    place
+        .ballmark(&call)
+        .refused(1, &["t/trials", "holds earlier trials"]);
+}
+
 #[test]
 fn what_no_trials_can_be_made_of_is_refused() {
     let place = Workplace::new();
@@ -198,6 +218,10 @@ fn what_no_trials_can_be_made_of_is_refused() {
     place
         .ballmark(&["trials", &corridor, "-o", "t", "--config", "bad.toml"])
         .refused(2, &["bad.toml", "localisation.trials"]);
+    place.write("bad.toml", "[localisation]\nmap = 'none.yaml'\n");
+    place
+        .ballmark(&["trials", &corridor, "-o", "t", "--config", "bad.toml"])
+        .refused(1, &["none.yaml", "cannot find"]);
     place.write("bad.toml", "[protocol]\nmaps = 'split'\n");
     place
         .ballmark(&["trials", &corridor, "-o", "t", "--config", "bad.toml"])
@@ -233,6 +257,25 @@ fn records_of_one_protocol_stand_side_by_side() {
         .stdout
         .clone();
     assert!(both.contains("x (2)"), "{both}");
+    let call = ["compare", "--redraw", &a, &b, "--out", "both"];
+    place.ballmark(&call).done();
+    let page = fs::read_to_string(place.path("both/index.html")).unwrap();
+    assert!(page.contains("x (2)") && !page.contains("application/json"));
+    // A record that doesn't say what it was measured on.
+    let mut old: Value = serde_json::from_slice(&fs::read(place.path(&b)).unwrap()).unwrap();
+    old["datasets"][0]
+        .as_object_mut()
+        .unwrap()
+        .remove("protocol");
+    let trials = &mut old["localisation"]["records"][0]["done"];
+    trials.as_object_mut().unwrap().remove("protocol");
+    place.write("old.json", old.to_string());
+    for pair in [[&a, "old.json"], ["old.json", "old.json"]] {
+        let call = [&["compare", "--redraw"][..], &pair].concat();
+        place
+            .ballmark(&call)
+            .refused(1, &["old.json: corridor:", "--mixed"]);
+    }
     place.ballmark(&["compare", "--redraw", &a, &c]).refused(
         1,
         &[

@@ -121,6 +121,10 @@ fn differs(dataset: &str, field: &str, own: &str, their: &str) -> Error {
     ))
 }
 
+fn no_trials(dataset: &str, why: &str) -> Error {
+    Error::work(format!("{dataset}: one record has no trials: {why}"))
+}
+
 /// The first key that two configurations have otherwise.
 fn other_key(own: &impl Serialize, their: &impl Serialize) -> Option<String> {
     let json = |value: Value| match value {
@@ -170,6 +174,12 @@ fn localisations(
     for ((own, their), dataset) in own.records.iter_mut().zip(their.records).zip(datasets) {
         match (&mut *own, their) {
             (Outcome::Done(own), Outcome::Done(their)) => {
+                let unknown = own.protocol.fields.is_empty() || their.protocol.fields.is_empty();
+                if unknown && !mixed {
+                    return Err(Error::work(format!(
+                        "{dataset}: a record without a protocol, of an earlier version; expected records of this one, or --mixed"
+                    )));
+                }
                 if let Some(field) = own.protocol.difference(&their.protocol).filter(|_| !mixed) {
                     return Err(differs(
                         dataset,
@@ -180,13 +190,10 @@ fn localisations(
                 }
                 add(own, their, names);
             }
-            (Outcome::Done(_), Outcome::Failed { why })
-            | (Outcome::Failed { why: _ }, Outcome::Failed { why }) => {
-                return Err(Error::work(format!(
-                    "{dataset}: one record has no trials: {why}"
-                )));
-            }
-            (_, their) => *own = their,
+            (Outcome::NotAsked, Outcome::NotAsked) => {}
+            (Outcome::Failed { why }, _) => return Err(no_trials(dataset, why)),
+            (_, Outcome::Failed { why }) => return Err(no_trials(dataset, &why)),
+            _ => return Err(no_trials(dataset, "nobody was asked")),
         }
     }
     Ok(())
@@ -205,6 +212,8 @@ fn add(
             name.clone_from(new);
         }
     };
+    // Kept beliefs are of the systems of one record; its own page plays them.
+    own.beliefs = None;
     for mut result in their.results {
         called(&mut result.name, &mut result.title);
         own.results.push(result);

@@ -11,7 +11,7 @@ use crate::{
         sequences::drawn,
     },
     geometry::Pose,
-    recording::Recording,
+    recording::{Recording, degraded::Degraded},
 };
 use std::path::Path;
 
@@ -52,14 +52,12 @@ impl TrialSet {
         let protocol = loaded.protocol(config)?;
         let parts = Parts::of_protocol(&protocol);
         let trials = config.trials().beside(folder);
-        let crowded = match config.degraded.people.is_none() && trials.people() > 0.0 {
-            true => Some(
-                parts
-                    .run
-                    .with_people(&parts.unseen, trials.people(), trials.seed())?,
-            ),
-            false => None,
+        // Those of [degraded] are there already.
+        let people = match config.degraded.people {
+            Some(_) => 0.0,
+            None => trials.people(),
         };
+        let crowded = parts.disturbed(people, &Degraded::default(), trials.seed())?;
         let parts = match &crowded {
             Some(crowded) => parts.with_run(crowded),
             None => parts,

@@ -11,6 +11,7 @@ use crate::{
 };
 use std::{
     fs::{self, File},
+    io::{Read, Seek, SeekFrom},
     path::Path,
     process::{Child, Command, ExitStatus, Stdio},
     thread,
@@ -20,7 +21,7 @@ use std::{
 /// How often a program that runs is looked at.
 const LOOKED_AT: Duration = Duration::from_millis(5);
 /// Bytes at the end of what a program printed among which its last line is looked for.
-const LAST_WORDS: usize = 4096;
+const LAST_WORDS: u64 = 4096;
 /// Letters of that line that a message has.
 const SHOWN: usize = 300;
 
@@ -40,6 +41,13 @@ pub(super) struct Asked<'a> {
 /// Where it can't be started, takes too long or fails; the message has the last line that it printed.
 pub(super) fn answer(config: &ExternalConfig, asked: &Asked, folder: &Path) -> Result<()> {
     let path = |ending: &str| folder.join(format!("{}.{ending}", asked.name));
+    // What it answered before, with another seed, must not pass for an answer now.
+    for ending in ["tum", "csv"] {
+        let before = path(ending);
+        if before.exists() {
+            fs::remove_file(&before).map_err(|e| Error::io("cannot remove", &before, e))?;
+        }
+    }
     let given = tempfile::tempdir_in(folder)
         .map_err(|e| Error::io("cannot make a folder in", folder, e))?;
     let mut words = config.command.clone();
@@ -147,11 +155,20 @@ fn end(child: &mut Child) {
     child.kill().ok(); // one that has ended meanwhile needs no end
 }
 
+/// The last bytes of a file, however long it is.
+fn end_of(file: &Path) -> std::io::Result<Vec<u8>> {
+    let mut file = File::open(file)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(LAST_WORDS)))?;
+    let mut end = Vec::new();
+    file.take(LAST_WORDS).read_to_end(&mut end)?;
+    Ok(end)
+}
+
 /// The last line that a program printed, to follow a message.
 fn last_words(printed: &Path) -> String {
-    let bytes = fs::read(printed).unwrap_or_default();
-    let end =
-        String::from_utf8_lossy(&bytes[bytes.len().saturating_sub(LAST_WORDS)..]).into_owned();
+    let end = end_of(printed).unwrap_or_default(); // without them the message does, too
+    let end = String::from_utf8_lossy(&end);
     let last = end.lines().rev().find(|line| !line.trim().is_empty());
     last.map_or(String::new(), |line| {
         let line: String = line.trim().chars().take(SHOWN).collect();

@@ -1,5 +1,6 @@
 //! Are answers in the frame of the recording's poses? Those in another one would count as wrong, and nobody would know why.
 
+use super::trial_files::Start;
 use crate::{
     error::{Error, Result},
     experiment::trials::Trial,
@@ -13,7 +14,7 @@ use nalgebra::Vector3;
 /// An answer farther than this from everywhere that the recording goes is in no frame of it, in metres: robots that lost their way leave
 /// buildings, but not towns.
 const FARTHEST_M: f64 = 500.0;
-/// Trials that begin within this of one place while their truths don't count from their own starts, in metres.
+/// An answer this near to what odometry says from (0, 0) on is what it says, in metres.
 const SAME_M: f64 = 0.05;
 /// Fewest trials that a frame is sought for: what fits one or two of them fits by chance.
 const LEAST_TRIALS: usize = 5;
@@ -24,9 +25,17 @@ const LEFT: f64 = 0.25;
 
 /// Answers, trial by trial, and what they are called.
 pub(super) struct Answered<'a> {
+    pub start: Start,
     pub names: &'a [String],
     pub trials: &'a [Trial],
     pub steps: &'a [Vec<Step>],
+}
+
+impl Answered<'_> {
+    /// Was it told where they start?
+    fn is_known(&self) -> bool {
+        self.start == Start::Known
+    }
 }
 
 fn place(step: &Step) -> Option<[f64; 2]> {
@@ -75,35 +84,37 @@ fn within_reach(run: &Recording, answered: &Answered) -> Result<()> {
     Ok(())
 }
 
+/// From a start anywhere nobody knows where he is, and (0, 0) may be a first guess like any other: there only answers that go on as each
+/// trial's odometry does are in its frame.
 fn from_own_starts(run: &Recording, answered: &Answered) -> Result<()> {
-    let firsts: Vec<[f64; 2]> = answered
-        .steps
-        .iter()
-        .filter_map(|steps| place(steps.first()?))
-        .collect();
-    let truths = answered
-        .trials
-        .iter()
-        .map(|trial| &run.poses()[trial.snapshots[0]]);
-    let truths: Vec<[f64; 2]> = truths.map(|pose| [pose.x_m, pose.y_m]).collect();
-    let together = |places: &[[f64; 2]], within_m: f64| {
-        let same = |at: &[f64; 2]| (at[0] - places[0][0]).hypot(at[1] - places[0][1]) <= within_m;
-        places.iter().all(same)
-    };
-    let all = firsts.len() == answered.trials.len() && firsts.len() >= LEAST_TRIALS;
-    if all && together(&firsts, SAME_M) && !together(&truths, WRONG_M) {
-        let [x, y] = firsts[0];
-        // Who has no idea may well name the middle of the map first; whoever stays with it is told by the errors.
-        let is_origin = x.hypot(y) <= SAME_M;
-        if is_origin {
-            return Err(Error::work(format!(
-                "the answers to all {} trials begin at (0, 0); expected metres in the frame of the mapping part's poses, not of \
-                 each trial's odometry",
-                firsts.len()
-            )));
-        }
+    if answered.trials.len() < LEAST_TRIALS {
+        return Ok(());
     }
-    Ok(())
+    let is_known = answered.is_known();
+    let is_own = |(trial, steps): (&Trial, &Vec<Step>)| {
+        let odometry = |k: usize| run.observation(k).odometry;
+        let first = odometry(trial.snapshots[0]);
+        let reckoned = |&k: &usize| Pose::default().after(first.displacement_to(&odometry(k)));
+        let mut pairs = trial.snapshots.iter().map(reckoned).zip(steps);
+        let said = |(pose, step): (Pose, &Step)| {
+            place(step).is_some_and(|[x, y]| (x - pose.x_m).hypot(y - pose.y_m) <= SAME_M)
+        };
+        match is_known {
+            true => pairs.next().is_some_and(said),
+            false => pairs.all(said),
+        }
+    };
+    let truth = |trial: &Trial| run.poses()[trial.snapshots[0]];
+    let at_origin = |trial: &Trial| truth(trial).x_m.hypot(truth(trial).y_m) <= WRONG_M;
+    let all_own = answered.trials.iter().zip(answered.steps).all(is_own);
+    match all_own && !answered.trials.iter().all(at_origin) {
+        false => Ok(()),
+        true => Err(Error::work(format!(
+            "the answers to all {} trials begin at (0, 0); expected metres in the frame of the mapping part's poses, not of each \
+             trial's odometry",
+            answered.trials.len()
+        ))),
+    }
 }
 
 /// Of starts anywhere the second half of each trial: before, nobody can know where he is.
@@ -111,10 +122,7 @@ fn in_one_frame(run: &Recording, answered: &[Answered]) -> Result<()> {
     let (mut said, mut true_at) = (Vec::new(), Vec::new());
     let mut trials = 0;
     for answered in answered {
-        let is_known = answered
-            .names
-            .first()
-            .is_some_and(|name| name.starts_with("known"));
+        let is_known = answered.is_known();
         for (trial, steps) in answered.trials.iter().zip(answered.steps) {
             let from = if is_known { 0 } else { steps.len() / 2 };
             let pairs = trial.snapshots.iter().zip(steps).skip(from);

@@ -74,11 +74,12 @@ impl ExternalConfig {
         for &start in starts {
             let names = names_of(start);
             let steps = self.of_start(context, &trials, (start, &names), folder, seed)?;
-            all.push((names, steps));
+            all.push((start, names, steps));
         }
         let answered: Vec<Answered> = all
             .iter()
-            .map(|(names, steps)| Answered {
+            .map(|(start, names, steps)| Answered {
+                start: *start,
                 names,
                 trials: &trials,
                 steps,
@@ -95,7 +96,7 @@ impl ExternalConfig {
             let others = (1..=self.repeats as u64).map(|number| again(seed.wrapping_add(number)));
             other_seeds = others.collect::<Result<_>>()?;
         }
-        let mut steps = all.into_iter().map(|(_, steps)| steps);
+        let mut steps = all.into_iter().map(|(_, _, steps)| steps);
         Ok(RecordedAnswers {
             same_seed,
             other_seeds,

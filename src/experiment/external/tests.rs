@@ -244,7 +244,9 @@ fn a_command_that_fails_or_takes_too_long_is_named_with_its_last_words() {
     let recording = test_world();
     in_context(&recording, |context| {
         let fault = |config: ExternalConfig| config.answers(context).unwrap_err().to_string();
-        let failed = fault(command("echo one; echo 'no map' >&2; exit 3"));
+        // However much it printed before.
+        let script = "yes | head -c 100000; echo one; echo 'no map' >&2; exit 3";
+        let failed = fault(command(script));
         assert!(
             failed.contains("command `sh` failed (exit status: 3); it last printed `no map`"),
             "{failed}"
@@ -301,6 +303,25 @@ fn what_is_chance_is_told_apart() {
         assert!(error.sd > 0.01 && error.least < error.most, "{error:?}");
         let by_chance = repeats("0.$(od -An -N4 -tu4 /dev/urandom | tr -d ' ')");
         assert!(by_chance.trials_that_differ_with_one_seed > 6);
+    });
+}
+
+/// Answers of the run before, which lie there still, are none to what is asked now.
+#[cfg(unix)]
+#[test]
+fn a_repeat_that_says_nothing_is_a_fault() {
+    let recording = test_world();
+    in_context(&recording, |context| {
+        let seed = context.seed().0;
+        let script = format!(
+            "test $4 = {seed} || exit 0; tail -n +2 \"$1\" | while IFS=, read t rest; do echo \"$t 1 1 0 0 0 0 1\"; done > \"$2\""
+        );
+        let config = ExternalConfig {
+            repeats: 1,
+            ..command(&script)
+        };
+        let fault = config.answers(context).unwrap_err().to_string();
+        assert!(fault.starts_with("no answer to unknown-"), "{fault}");
     });
 }
 

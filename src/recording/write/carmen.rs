@@ -1,6 +1,6 @@
 //! A CARMEN log: an `ODOM` and a `ROBOTLASER1` message a snapshot, of the first channel whose beams are evenly spaced.
 
-use super::{fan, reach_m};
+use super::{reach_m, scans};
 use crate::{geometry::Pose, recording::Recording, storage::WriteSeek};
 use std::{fmt::Write as _, io};
 
@@ -10,13 +10,8 @@ pub(super) fn write(
     poses: Option<&[Pose]>,
 ) -> io::Result<()> {
     let columns = recording.columns();
-    let mut from = 0;
-    let found = recording.channels().iter().find_map(|channel| {
-        let begins = from;
-        from += channel.width;
-        Some((channel, begins, fan(channel)?))
-    });
-    let Some((channel, begins, (first_rad, step_rad))) = found else {
+    let scans = scans(recording.channels());
+    let Some(&(channel, begins, (first_rad, step_rad))) = scans.first() else {
         return Err(io::Error::other("no channel of evenly spaced ranges"));
     };
     let values = |k: usize| {

@@ -1,7 +1,7 @@
 //! MCAP without chunks, as ROS 2 plays it: odometry, a scan of every channel whose beams are evenly spaced, and the true poses where they
 //! are given. Little-endian CDR; format: the MCAP specification, version 0.
 
-use super::{fan, reach_m};
+use super::{reach_m, scans};
 use crate::{geometry::Pose, recording::Recording, storage::WriteSeek};
 use std::io::{self, Write};
 
@@ -60,14 +60,7 @@ pub(super) fn write(
     poses: Option<&[Pose]>,
 ) -> io::Result<()> {
     let columns = recording.columns();
-    let mut begins = 0;
-    let mut scans = Vec::new();
-    for channel in recording.channels() {
-        if let Some(fan) = fan(channel) {
-            scans.push((channel, begins, fan));
-        }
-        begins += channel.width;
-    }
+    let scans = scans(recording.channels());
     let mut schemas = vec![(1, &ODOMETRY), (2, &SCAN)];
     let mut topics: Vec<(u16, String)> = vec![(1, "/odom".into())];
     topics.extend(

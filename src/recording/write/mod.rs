@@ -4,7 +4,7 @@ mod carmen;
 mod csv;
 mod mcap;
 
-use super::{Recording, npz};
+use super::{Channel, Recording, npz};
 use crate::{error::Result, geometry::Pose, storage};
 use std::path::Path;
 
@@ -51,9 +51,8 @@ impl Format {
     /// assert!(Format::Csv.refuses(&[light.clone()]).is_none());
     /// assert!(Format::Carmen.refuses(&[light]).is_some());
     /// ```
-    pub fn refuses(self, channels: &[super::Channel]) -> Option<String> {
-        let scans = channels.iter().filter(|channel| fan(channel).is_some());
-        match (self, scans.count()) {
+    pub fn refuses(self, channels: &[Channel]) -> Option<String> {
+        match (self, scans(channels).len()) {
             (Self::Carmen | Self::Mcap, 0) => Some(format!(
                 "{}: no channel of ranges whose beams are evenly spaced",
                 self.name()
@@ -109,7 +108,7 @@ const EVEN_RAD: f64 = 1e-4;
 
 /// Where the first beam of a scan points and by how much the next one is turned, in radians; none where its beams aren't evenly
 /// spaced about the robot's middle, or are no ranges.
-fn fan(channel: &super::Channel) -> Option<(f64, f64)> {
+fn fan(channel: &Channel) -> Option<(f64, f64)> {
     let bearings = channel.bearing_rad.as_ref().filter(|_| channel.is_scan())?;
     let (first, last) = (*bearings.first()?, *bearings.last()?);
     let gaps = bearings.len().checked_sub(1).filter(|&gaps| gaps > 0)?;
@@ -119,8 +118,22 @@ fn fan(channel: &super::Channel) -> Option<(f64, f64)> {
     (middle && step != 0.0 && bearings.iter().enumerate().all(even)).then_some((first, step))
 }
 
+/// A scan in a recording: its channel, where its values begin in a snapshot, and its [`fan`].
+type Scan<'a> = (&'a Channel, usize, (f64, f64));
+
+/// All channels whose beams are evenly spaced.
+fn scans(channels: &[Channel]) -> Vec<Scan<'_>> {
+    let mut begins = 0;
+    let mut scans = Vec::new();
+    for channel in channels {
+        scans.extend(fan(channel).map(|fan| (channel, begins, fan)));
+        begins += channel.width;
+    }
+    scans
+}
+
 /// The farthest that a scan can see, in metres: as stated, or as seen.
-fn reach_m(channel: &super::Channel, values: impl Iterator<Item = f32>) -> f64 {
+fn reach_m(channel: &Channel, values: impl Iterator<Item = f32>) -> f64 {
     let seen = values.filter(|m| m.is_finite()).fold(0.0, f32::max);
     channel.maximum.unwrap_or(f64::from(seen))
 }

@@ -4,7 +4,7 @@ use crate::recogniser::test_world::test_world;
 const TRIALS: usize = 6;
 
 /// Trials of 20 snapshots of the second lap, and answers that are the truth moved so.
-fn fault(start: &str, moved: impl Fn(usize, &Pose) -> [f64; 2]) -> Option<String> {
+fn fault(word: &str, moved: impl Fn(usize, &Pose) -> [f64; 2]) -> Option<String> {
     let run = test_world();
     let trial = |t: usize| Trial {
         stretch: 0,
@@ -13,7 +13,7 @@ fn fault(start: &str, moved: impl Fn(usize, &Pose) -> [f64; 2]) -> Option<String
         travelled_m: (0..20).map(|i| 0.25 * f64::from(i)).collect(),
     };
     let trials: Vec<Trial> = (0..TRIALS).map(trial).collect();
-    let names: Vec<String> = (1..=TRIALS).map(|n| format!("{start}-00{n}")).collect();
+    let names: Vec<String> = (1..=TRIALS).map(|n| format!("{word}-00{n}")).collect();
     let step = |t: usize, k: usize| Step {
         estimate: Some(Estimate::Place(moved(t, &run.poses()[k]))),
         ..Step::default()
@@ -21,6 +21,10 @@ fn fault(start: &str, moved: impl Fn(usize, &Pose) -> [f64; 2]) -> Option<String
     let of = |(t, trial): (usize, &Trial)| trial.snapshots.iter().map(|&k| step(t, k)).collect();
     let steps: Vec<Vec<Step>> = trials.iter().enumerate().map(of).collect();
     let answered = Answered {
+        start: match word {
+            "known" => Start::Known,
+            _ => Start::Unknown,
+        },
         names: &names,
         trials: &trials,
         steps: &steps,
@@ -65,4 +69,16 @@ fn another_frame_is_named_with_its_turn_and_shift() {
         own.contains("the answers to all 6 trials begin at (0, 0)"),
         "{own}"
     );
+    let told = fault("known", first).unwrap();
+    assert!(told.contains("begin at (0, 0)"), "{told}");
+}
+
+/// Programs that have no idea yet often say (0, 0) at first.
+#[test]
+fn a_first_guess_at_the_origin_is_no_frame() {
+    let guess = |t: usize, p: &Pose| match *p == test_world().poses()[104 + 12 * t] {
+        true => [0.0, 0.0],
+        false => [p.x_m, p.y_m],
+    };
+    assert_eq!(fault("unknown", guess), None);
 }
