@@ -18,6 +18,7 @@ mod progress;
 mod reproduce;
 mod score;
 mod simulate;
+mod sweep;
 mod terminal;
 mod train;
 mod trajectory;
@@ -62,6 +63,7 @@ enum Command {
     Trajectory(trajectory::Arguments),
     Reproduce(reproduce::Arguments),
     Lifelong(lifelong::Arguments),
+    Sweep(sweep::Arguments),
     View(view::Arguments),
     Completions(completions::Completions),
     Man(completions::Man),
@@ -85,6 +87,7 @@ pub fn run() -> ExitCode {
 /// The same with the arguments of another program that carries the command, its name the first of them.
 pub fn run_with(arguments: Vec<OsString>) -> u8 {
     ignore_file_size_signal();
+    sweep::end_with_parent();
     let words = arguments.iter().map(|a| a.to_string_lossy().into_owned());
     let color = terminal::color_of(words);
     page::remember(&arguments);
@@ -115,6 +118,7 @@ pub fn run_with(arguments: Vec<OsString>) -> u8 {
         Command::Trajectory(arguments) => trajectory::run(arguments),
         Command::Reproduce(arguments) => reproduce::run(arguments),
         Command::Lifelong(arguments) => lifelong::run(arguments),
+        Command::Sweep(arguments) => sweep::run(arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Completions(arguments) => completions::completions(&arguments, command()),
         Command::Man(arguments) => completions::man(&arguments, command()),

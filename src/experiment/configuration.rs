@@ -58,7 +58,20 @@ impl Experiment {
                 ..Self::default()
             });
         };
-        let file = TomlFile::read(path)?;
+        let mut experiment = Self::from_file(&TomlFile::read(path)?, recipe)?;
+        experiment.localise = experiment.localise.beside(&path.with_file_name(""));
+        Ok(experiment)
+    }
+
+    /// The same from a text; files that it names stay as they are.
+    ///
+    /// # Errors
+    /// As [`Experiment::read`], without a file's name.
+    pub fn parse(text: &str) -> Result<Self> {
+        Self::from_file(&TomlFile::from_text(text), None)
+    }
+
+    fn from_file(file: &TomlFile, recipe: Option<NamedRecipe>) -> Result<Self> {
         let mut experiment: Self = file.parse()?;
         let named = recipe.unwrap_or(experiment.recipe);
         // The text is sound: what it says of training is now put over what the named recipe says.
@@ -85,7 +98,6 @@ impl Experiment {
         let people = experiment.localise.people;
         let people = experiment.degraded.people_or(people, "localise.people");
         experiment.localise.people = people.map_err(in_file)?;
-        experiment.localise = experiment.localise.beside(&path.with_file_name(""));
         Ok(experiment)
     }
 }

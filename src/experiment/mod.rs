@@ -58,6 +58,7 @@ pub mod standard;
 mod step_time;
 mod stopwatch;
 pub mod sureness;
+pub mod sweep;
 pub mod thrun1998;
 mod trial_play;
 pub mod trials;

@@ -18,6 +18,7 @@ pub mod reproduction;
 pub mod ruizmayor2006;
 mod scatter;
 mod still;
+pub mod sweep;
 mod table;
 pub mod thrun1998;
 mod trajectory;
