@@ -49,6 +49,15 @@ pub fn write_file(
     path: &Path,
     content: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> Result<()> {
+    write_file_as(path, ".tmp", content)
+}
+
+/// The same with what the temporary file's name begins with, for who clears away those that killed processes leave.
+pub fn write_file_as(
+    path: &Path,
+    prefix: &str,
+    content: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
+) -> Result<()> {
     let refused = |e: io::Error| Error::io("cannot write", path, e);
     check_target(path)?;
     // What a link leads to is written, and the link stays.
@@ -63,14 +72,15 @@ pub fn write_file(
         .ok()
         .map(|metadata| metadata.permissions());
     #[cfg(unix)]
-    let builder = {
+    let mut builder = {
         use std::os::unix::fs::PermissionsExt;
         let mut builder = tempfile::Builder::new();
         builder.permissions(fs::Permissions::from_mode(0o666));
         builder
     };
     #[cfg(not(unix))]
-    let builder = tempfile::Builder::new();
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(prefix);
     let mut temporary = builder.tempfile_in(&folder).map_err(refused)?;
     // Made in memory first: an archive writer tries to close its archive when it is dropped, and complains on standard
     // error, beside our own line, when the disk that has refused it once refuses again.

@@ -313,6 +313,17 @@ fn compare(source: &Source) -> Page {
     draft.page
 }
 
+fn sweep(source: &Source) -> Page {
+    let mut draft = Draft::new(
+        source,
+        "Keys of a sweep",
+        "For `ballmark sweep plan S.toml`; [sweeps.md](../sweeps.md) says what to do with one. All but `command` may be left out, as far as the \
+         command has no need of them.",
+    );
+    draft.add("", "SweepConfig", "", None);
+    draft.page
+}
+
 fn systems(source: &Source) -> Page {
     let mut draft = Draft::new(
         source,
@@ -438,6 +449,7 @@ fn pages(source: &Source) -> BTreeMap<&'static str, Page> {
         ("localise.md", localise(source)),
         ("adapt.md", adapt(source)),
         ("compare.md", compare(source)),
+        ("sweep.md", sweep(source)),
         ("systems.md", systems(source)),
         ("trajectory.md", trajectory(source)),
         ("world.md", world(source)),

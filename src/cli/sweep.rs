@@ -45,6 +45,16 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     }
 }
 
+/// Why a cell failed, in a line: what happened, and the last line that it printed.
+fn in_a_line(why: &str) -> String {
+    let mut lines = why.lines();
+    let first = lines.next().unwrap_or_default();
+    match lines.next_back() {
+        Some(last) => format!("{first}; {last}"),
+        None => first.to_string(),
+    }
+}
+
 /// This program, and what stands before a command's name: as the Python package carries it, the interpreter and its module.
 fn program() -> Result<Vec<OsString>> {
     let program = std::env::current_exe()

@@ -27,6 +27,7 @@ mod reproduce;
 mod score;
 mod simulate;
 mod support;
+mod sweep;
 mod train;
 mod trajectory;
 mod trajectory_faults;

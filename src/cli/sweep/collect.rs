@@ -8,7 +8,7 @@ use crate::{
         print, warn,
     },
     error::Result,
-    experiment::sweep::{Collected, Sweep, collect},
+    experiment::sweep::{Collected, Sweep, collect_results},
     report::sweep::sheets,
 };
 use std::path::PathBuf;
@@ -77,7 +77,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         baseline: baseline.map(|(key, value)| (whole(key), value)).collect(),
         with_holes: arguments.holes,
     };
-    let record = collect(&sweep, &wanted)?;
+    let record = collect_results(&sweep, &wanted)?;
     let sheets = sheets(&record);
     if let Some(folder) = &arguments.out {
         write_sheets(folder, &sheets, &[])?;

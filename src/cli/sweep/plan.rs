@@ -3,7 +3,7 @@
 use crate::{
     cli::{Outcome, files::write_text, print},
     error::{Error, Result},
-    experiment::sweep::{Status, Sweep, parallel, plan, slurm},
+    experiment::sweep::{Status, Sweep, make_plan, parallel_line, slurm_script},
     storage,
 };
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let planned = plan(&arguments.file)?;
+    let planned = make_plan(&arguments.file)?;
     let folder = match (&arguments.output, arguments.file.file_stem()) {
         (Some(folder), _) => folder.clone(),
         (None, Some(stem)) => PathBuf::from(stem),
@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let text = storage::read_file(&arguments.file)?;
     let sweep = Sweep::create(&folder, &planned, &text)?;
     let script = folder.join("run.slurm");
-    write_text(&script, &slurm(&sweep))?;
+    write_text(&script, &slurm_script(&sweep))?;
     let status = Status::of(&sweep)?;
     print(&match arguments.json {
         true => {
@@ -81,6 +81,6 @@ fn told(sweep: &Sweep, folder: &Path, script: &Path, status: &Status) -> String 
         plan.data.len(),
         bytes as f64 / 1e6,
         script.display(),
-        parallel(sweep)
+        parallel_line(sweep)
     )
 }

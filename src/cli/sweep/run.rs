@@ -1,12 +1,12 @@
 //! `ballmark sweep run` and `run-cell`.
 
-use super::program;
+use super::{in_a_line, program};
 use crate::{
     cli::{Outcome, interrupt::Interrupt, print, progress::Progress, warn},
     error::{Error, Result},
     experiment::sweep::{
         Attempt, Ended, Ran, Runner, Share, Started, Sweep, available_bytes, described,
-        measured_bytes, of_a_cell, run as run_all,
+        measured_bytes, of_a_cell, run_missing,
     },
 };
 use std::{
@@ -60,7 +60,7 @@ pub struct CellArguments {
     /// Look for data by its SHA-256 in this folder first, and where it was planned from after that.
     #[arg(long, value_name = "CACHE")]
     data: Option<PathBuf>,
-    /// Keep configuration, model, output and messages in this folder.
+    /// Keep the cell's configuration, model, output and messages in this folder; a cell that has a result is run again for them.
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
 }
@@ -110,7 +110,7 @@ pub fn run_cell(arguments: &CellArguments) -> Result<Outcome> {
         }
         Some(Ended::Failed(why)) => {
             let (why, last) = why.split_once('\n').unwrap_or((&why, ""));
-            last.lines().for_each(warn);
+            last.lines().for_each(|line| warn(&format!("cell: {line}")));
             Err(Error::work(format!(
                 "cell {} ({}): {why}",
                 cell.name,
@@ -141,14 +141,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     let interrupt = Interrupt::watched();
     let mut bar: Option<Progress> = None;
-    let ran = run_all(
+    let ran = run_missing(
         &sweep,
         &runner,
         share.jobs,
         &mut |at| {
             if let Some((cell, why)) = at.failed {
                 let what = described(&cell.keys, cell.seed);
-                let why = why.lines().next().unwrap_or_default();
+                let why = in_a_line(why);
                 warn(&format!("failed: cell {} ({what}): {why}", cell.name));
             }
             let bar = bar.get_or_insert_with(|| Progress::new("cells", at.all));

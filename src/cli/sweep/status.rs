@@ -1,5 +1,6 @@
 //! `ballmark sweep status`.
 
+use super::in_a_line;
 use crate::{
     cli::{Outcome, files::in_json, print},
     error::Result,
@@ -48,7 +49,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         ));
     }
     for failed in status.failed.iter().take(NAMED) {
-        let why = failed.why.lines().next().unwrap_or_default();
+        let why = in_a_line(&failed.why);
         table.caption(format!("failed: {} ({}): {why}", failed.cell, failed.what));
     }
     let unnamed = [status.running.len(), status.failed.len()];

@@ -6,7 +6,8 @@ use super::{
     folder::Sweep,
     inputs::{Placed, Stamp},
     lock::{Lock, host},
-    plan::described,
+    outcome_files::{clear_away, last_lines, write_failure, write_named},
+    scratch::Scratch,
 };
 use crate::{
     error::{Error, Result},
@@ -16,7 +17,7 @@ use serde_json::{Value, json};
 use std::{
     ffi::OsString,
     fs::{self, File, OpenOptions},
-    io::{Read, Seek, SeekFrom, Write},
+    io::Write,
     path::{Path, PathBuf},
     process::{Child, Command, ExitStatus, Stdio},
     time::{Duration, Instant},
@@ -24,10 +25,6 @@ use std::{
 
 /// Set for the command of a cell: it is to end when who started it does.
 pub const ENDS_WITH_PARENT: &str = "BALLMARK_ENDS_WITH_PARENT";
-/// Bytes at the end of standard error that are kept of a cell that failed.
-const LAST_BYTES: u64 = 4096;
-/// And lines.
-const LAST_LINES: usize = 20;
 /// How often cells that run are looked at.
 pub(super) const LOOKED_AT: Duration = Duration::from_millis(2);
 /// And how often their memory.
@@ -44,7 +41,7 @@ pub struct Runner {
     pub cache: Option<PathBuf>,
     /// Threads of a cell; not said: as the environment says.
     pub threads: Option<usize>,
-    /// A folder that the cell's scratch folder is kept as.
+    /// A folder that a cell's files are kept in: it is run even where it has a result, which stays the same.
     pub keep: Option<PathBuf>,
 }
 
@@ -85,21 +82,24 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    /// Starts a cell, unless it is done or runs elsewhere.
+    /// Starts a cell, unless it is done (and its files are not to be kept) or runs elsewhere.
     ///
     /// # Errors
     /// Where the plan is of another version or was changed, its data is no longer what was planned, or the command can't be started.
     pub fn start(sweep: &Sweep, cell: &Cell, runner: &Runner) -> Result<Started> {
-        if sweep.result(&cell.name).is_file() {
+        let is_done = || runner.keep.is_none() && sweep.result(&cell.name).is_file();
+        if is_done() {
             return Ok(Started::DoneBefore);
         }
         let Some(lock) = Lock::take(&sweep.lock(&cell.name))? else {
             return Ok(Started::Elsewhere);
         };
         // It may have ended just before.
-        if sweep.result(&cell.name).is_file() {
+        if is_done() {
             return Ok(Started::DoneBefore);
         }
+        clear_away(&sweep.result(&cell.name));
+        clear_away(&sweep.failure(&cell.name));
         let started = Self::with_lock(sweep, cell, runner, lock);
         if let Err(fault) = &started {
             // So that it is found among those that failed, wherever it was started.
@@ -251,7 +251,7 @@ impl Attempt {
             let path = sweep.result(&self.cell.name);
             storage::make_folder(&path.with_file_name(""))?;
             let text = self.result(sweep, lossy, record);
-            storage::write_file(&path, |out| out.write_all(text.as_bytes()))
+            write_named(&path, &text)
         });
         let ended = match written {
             Ok(()) => {
@@ -372,90 +372,12 @@ fn take_times_away(record: &mut Value) {
     }
 }
 
-/// Writes why a cell failed.
-fn write_failure(sweep: &Sweep, cell: &Cell, why: &str) -> Result<()> {
-    let path = sweep.failure(&cell.name);
-    storage::make_folder(&path.with_file_name(""))?;
-    let described = described(&cell.keys, cell.seed);
-    let text = format!("cell {}: {described}\n{why}\n", cell.name);
-    storage::write_file(&path, |out| out.write_all(text.as_bytes()))
-}
-
-/// The last lines of a file, however long it is.
-fn last_lines(file: &Path) -> String {
-    let read = || -> std::io::Result<Vec<u8>> {
-        let mut file = File::open(file)?;
-        let length = file.metadata()?.len();
-        file.seek(SeekFrom::Start(length.saturating_sub(LAST_BYTES)))?;
-        let mut end = Vec::new();
-        file.take(LAST_BYTES).read_to_end(&mut end)?;
-        Ok(end)
-    };
-    let end = read().unwrap_or_default(); // without them a message does, too
-    let end = String::from_utf8_lossy(&end);
-    let lines: Vec<&str> = end.lines().filter(|line| !line.trim().is_empty()).collect();
-    lines[lines.len().saturating_sub(LAST_LINES)..].join("\n")
-}
-
 /// A figure of a process's memory in bytes; 0 where the system doesn't say.
 fn status_bytes(process: u32, figure: &str) -> u64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix(figure));
     let kib = line.and_then(|line| line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
     kib.unwrap_or(0) * 1024
-}
-
-/// A cell's scratch folder, called after sweep and cell so that one left behind by a killed process is found and taken away.
-#[derive(Debug)]
-struct Scratch {
-    path: PathBuf,
-}
-
-impl Scratch {
-    /// Made under the cell's lock, so that nobody else has it.
-    fn make(sweep: &Sweep, name: &str) -> Result<Self> {
-        let folder = sweep.folder();
-        let whole = folder.canonicalize();
-        let whole = whole.map_err(|e| Error::io("cannot find", folder, e))?;
-        let digest = storage::sha256(whole.to_string_lossy().as_bytes());
-        let path = std::env::temp_dir().join(format!("ballmark-{}-{name}", &digest[..8]));
-        let refused = |e| Error::io("cannot make the folder", &path, e);
-        if path.exists() {
-            fs::remove_dir_all(&path).map_err(refused)?;
-        }
-        #[cfg(unix)]
-        let builder = {
-            use std::os::unix::fs::DirBuilderExt;
-            let mut builder = fs::DirBuilder::new();
-            builder.mode(0o700);
-            builder
-        };
-        #[cfg(not(unix))]
-        let builder = fs::DirBuilder::new();
-        builder.create(&path).map_err(refused)?;
-        Ok(Self { path })
-    }
-
-    /// Copies what is no link to a folder.
-    fn keep_as(&self, folder: &Path) -> Result<()> {
-        storage::make_folder(folder)?;
-        let entries = self.path.read_dir();
-        for entry in entries.map_err(|e| Error::io("cannot read", &self.path, e))? {
-            let entry = entry.map_err(|e| Error::io("cannot read", &self.path, e))?;
-            if entry.file_type().is_ok_and(|kind| kind.is_file()) {
-                let to = folder.join(entry.file_name());
-                let content = storage::read_file(&entry.path())?;
-                storage::write_file(&to, |out| out.write_all(&content))?;
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.path);
-    }
 }
 
 #[cfg(test)]
@@ -467,17 +389,5 @@ mod tests {
         let mut record = json!({ "a": 1, "timing": { "seconds": 2 }, "all": [{ "timing": 3, "b": { "timing": {} } }] });
         take_times_away(&mut record);
         assert_eq!(record, json!({ "a": 1, "all": [{ "b": {} }] }));
-    }
-
-    #[test]
-    fn the_end_of_what_was_printed_is_kept() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("stderr");
-        let lines: Vec<String> = (0..5000).map(|n| format!("line {n}")).collect();
-        fs::write(&path, lines.join("\n\n")).unwrap();
-        let last = last_lines(&path);
-        assert_eq!(last.lines().count(), LAST_LINES);
-        assert!(last.starts_with("line 4980\n") && last.ends_with("line 4999"));
-        assert_eq!(last_lines(&folder.path().join("none")), "");
     }
 }

@@ -5,6 +5,7 @@ use super::{
     figures::{Figure, at_path, headline},
     folder::Sweep,
     plan::{described, shown},
+    record::{CellRow, Hole, SweepRecord, SweepRow},
 };
 use crate::{
     error::{Error, Result},
@@ -12,7 +13,6 @@ use crate::{
     storage,
 };
 use rayon::prelude::*;
-use serde::Serialize;
 use serde_json::{Map, Value};
 use std::{
     collections::{BTreeMap, HashMap},
@@ -33,78 +33,6 @@ pub struct Collected {
     pub with_holes: bool,
 }
 
-/// A cell without a result.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Hole {
-    /// Its name.
-    pub cell: String,
-    /// Its keys and seed, for a reader.
-    pub what: String,
-}
-
-/// A figure of one combination.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SweepRow {
-    /// Values of the keys, for a reader, in the order of [`SweepRecord::keys`].
-    pub values: Vec<String>,
-    /// The figure's name.
-    pub figure: String,
-    /// Cells with a result.
-    pub cells: usize,
-    /// Of these, those whose record has no number there.
-    pub undefined: usize,
-    /// Mean over seeds and its 95 % interval; none where a cell's figure is undefined, or there is no cell.
-    pub mean: Option<MeanInterval>,
-    /// Is it what others are held against?
-    pub is_baseline: bool,
-    /// Mean difference to the baseline, seed by seed, and its 95 % interval.
-    pub difference: Option<MeanInterval>,
-    /// Two-sided p of Student's t-test for paired samples; none where there is no test.
-    pub p: Option<f64>,
-    /// The same corrected for the number of this figure's tests (Holm 1979).
-    pub p_holm: Option<f64>,
-}
-
-/// One cell's figures.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CellRow {
-    /// Its name.
-    pub cell: String,
-    /// Values of all keys of the sweep.
-    pub values: Vec<String>,
-    /// Its seed.
-    pub seed: Option<u64>,
-    /// Did its command lose something?
-    pub lossy: bool,
-    /// In the order of [`SweepRecord::figures`].
-    pub figures: Vec<Option<f64>>,
-}
-
-/// What came of a sweep.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SweepRecord {
-    /// Version of the crate that ran the cells.
-    pub version: String,
-    /// What every cell ran.
-    pub command: String,
-    /// Keys that rows differ in.
-    pub keys: Vec<String>,
-    /// All keys that cells differ in, those that were averaged over among them.
-    pub cell_keys: Vec<String>,
-    /// Those that were averaged over besides seeds.
-    pub over: Vec<String>,
-    /// Names of the figures.
-    pub figures: Vec<String>,
-    /// Of each figure every combination.
-    pub rows: Vec<SweepRow>,
-    /// Cells of the plan.
-    pub cells: usize,
-    /// Those without a result.
-    pub holes: Vec<Hole>,
-    /// Every cell with a result.
-    pub by_cell: Vec<CellRow>,
-}
-
 /// A cell's figures, read from its result.
 struct ReadCell<'a> {
     cell: &'a Cell,
@@ -119,7 +47,7 @@ struct ReadCell<'a> {
 /// # Errors
 /// Where a cell has no result, and holes are not allowed; where a result is not what it is called; a usage error where a figure is in no
 /// record, or a key or value of the baseline is none of the sweep's.
-pub fn collect(sweep: &Sweep, wanted: &Collected) -> Result<SweepRecord> {
+pub fn collect_results(sweep: &Sweep, wanted: &Collected) -> Result<SweepRecord> {
     let plan = &sweep.plan;
     if let Some(key) = wanted.over.iter().find(|key| !plan.keys.contains(key)) {
         return Err(unknown_key("--over", key, &plan.keys));

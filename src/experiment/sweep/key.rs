@@ -124,7 +124,7 @@ mod tests {
             ("system.2.k", "expected one of ball"),
             ("system.ball", "no [[system]]"),
             ("steps.first", "`steps` is no table"),
-            ("system..k", "words between dots"),
+            ("other..k", "words between dots"),
         ] {
             let fault = set(&mut config.clone(), path, 1.into()).unwrap_err();
             assert!(fault.contains(part), "{path}: {fault}");

@@ -47,7 +47,7 @@ pub struct Planned {
 /// # Errors
 /// A usage error with file, line and key where a key is unknown, a value is of the wrong type or makes no sense, two cells are the same, or an
 /// option that the command needs is missing; an error that names the file where one of those that cells read is missing.
-pub fn plan(path: &Path) -> Result<Planned> {
+pub fn make_plan(path: &Path) -> Result<Planned> {
     let mut sweep = SweepFile::read(path)?;
     let command = sweep.config.command;
     let mut inputs = Inputs::default();
@@ -96,9 +96,12 @@ pub fn plan(path: &Path) -> Result<Planned> {
     let mut seen: HashMap<&str, &Cell> = HashMap::new();
     for cell in &cells {
         if let Some(same) = seen.insert(&cell.name, cell) {
-            let line = combinations[cell.number / seeds.len()]
-                .first()
-                .map_or(1, |setting| setting.line);
+            let settings = &combinations[cell.number / seeds.len()];
+            let differs = |setting: &&&Setting| {
+                json(&setting.value).ok().as_ref() != same.keys.get(&setting.key)
+            };
+            let other = settings.iter().find(differs).or(settings.first());
+            let line = other.map_or(1, |setting| setting.line);
             let fault = format!(
                 "two cells are the same: {} and {}; what they differ in is nothing that `{}` reads",
                 described(&same.keys, same.seed),
@@ -168,15 +171,6 @@ fn base(sweep: &SweepFile, inputs: &mut Inputs) -> Result<Base> {
         let file = TomlFile::read(&path)?;
         keys = toml::Value::Table(file.parse()?);
         let folder = path.with_file_name("");
-        // Read as the command would, for the line of a fault; but for what else is to be put over it.
-        let alone =
-            config.base.is_empty() && sweep.axes.is_empty() && sweep.combinations.is_empty();
-        if alone {
-            let text = toml::to_string(&keys).unwrap_or_default(); // what was read can be written
-            if let Err(fault) = command.resolved(&text) {
-                return Err(file.locate(without_line(fault)));
-            }
-        }
         let taken = inputs.take(&mut keys, "", &folder);
         taken.map_err(|fault| fault.in_file(&path))?;
     }
@@ -316,14 +310,16 @@ fn blamed(sweep: &SweepFile, base: &Base, settings: &[&Setting], fault: Error) -
         base.command.resolved(&call.text).map(drop)
     };
     if let Err(fault) = check(&[]) {
-        let own = sweep
-            .config
-            .config
-            .as_ref()
-            .map(|name| sweep.folder.join(name));
-        let text = own.and_then(|path| TomlFile::read(&path).ok());
-        return match text {
-            Some(file) if sweep.config.base.is_empty() => file.locate(without_line(fault)),
+        let own = sweep.config.config.as_ref();
+        let own = own.map(|name| sweep.folder.join(name));
+        // By the file's own text its line is known.
+        let in_own = own.and_then(|path| {
+            let text = std::fs::read_to_string(&path).ok()?;
+            let fault = base.command.resolved(&text).err()?;
+            Some(fault.in_file(&path))
+        });
+        return match in_own {
+            Some(fault) if sweep.config.base.is_empty() => fault,
             _ => sweep.file.locate(without_line(fault).context("[base]")),
         };
     }

@@ -5,6 +5,7 @@ use super::{
     cell::Cell,
     folder::Sweep,
     memory::{ASSUMED_BYTES, available_bytes, fits},
+    scratch::clear_scratch,
 };
 use crate::error::Result;
 use std::{
@@ -87,13 +88,14 @@ struct Waiting {
 ///
 /// # Errors
 /// Where the plan can't be read, or a result's folder can't be written to. What a cell fails of is in [`Ran::failed`].
-pub fn run(
+pub fn run_missing(
     sweep: &Sweep,
     runner: &Runner,
     jobs: usize,
     progress: &mut dyn FnMut(Progress),
     is_cancelled: &dyn Fn() -> bool,
 ) -> Result<Ran> {
+    clear_scratch(sweep)?;
     let done = sweep.done()?;
     let mut cells = sweep.cells()?;
     let planned = cells.len();

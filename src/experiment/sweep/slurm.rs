@@ -8,7 +8,7 @@ const MOST_TASKS: usize = 1000;
 
 /// A script for `sbatch`. Its tasks deal the cells among them, so that an array is never longer than Slurm allows; a task that is killed and
 /// put back in the queue goes on with what it has not done.
-pub fn slurm(sweep: &Sweep) -> String {
+pub fn slurm_script(sweep: &Sweep) -> String {
     let cells = sweep.plan.cells;
     let tasks = cells.clamp(1, MOST_TASKS);
     let folder = quoted(sweep.folder());
@@ -38,7 +38,7 @@ exit $failed
 }
 
 /// A line for a shell that has GNU parallel, here or with its `--sshlogin`.
-pub fn parallel(sweep: &Sweep) -> String {
+pub fn parallel_line(sweep: &Sweep) -> String {
     let folder = quoted(sweep.folder());
     format!(
         "awk -F'\"' '{{ print $4 }}' {folder}/cells.jsonl | RAYON_NUM_THREADS=1 parallel -j 100% ballmark sweep run-cell {folder} {{}} --quiet"
