@@ -70,8 +70,8 @@ def run_cell(plan, line, objects, program, cache, threads, backoff_s):
         (folder / "plan.json").write_text(plan)
         (folder / "cells.jsonl").write_text(line + "\n")
         call = [cache / program, "sweep", "run-cell", folder, cell, "--data", cache, "--quiet"]
-        # Threads as slots; and it ends where the node's worker is killed.
-        environment = {**os.environ, "RAYON_NUM_THREADS": str(threads), "BALLMARK_ENDS_WITH_PARENT": str(os.getpid())}
+        call += ["--ends-with-parent", os.getpid()]  # as the node's worker may be killed
+        environment = {**os.environ, "RAYON_NUM_THREADS": str(threads)}
         done = subprocess.run([str(word) for word in call], env=environment, capture_output=True, text=True)
         result = folder / "results" / cell[:2] / f"{cell}.json"
         times = folder / "times.jsonl"
@@ -174,5 +174,7 @@ def main():
 if __name__ == "__main__":
     try:
         main()
+    except KeyboardInterrupt:
+        sys.exit("cancelled; the same command goes on")
     except OSError as fault:
         sys.exit(f"error: {fault}; the same command goes on")

@@ -87,7 +87,6 @@ pub fn run() -> ExitCode {
 /// The same with the arguments of another program that carries the command, its name the first of them.
 pub fn run_with(arguments: Vec<OsString>) -> u8 {
     ignore_file_size_signal();
-    sweep::end_with_parent();
     let words = arguments.iter().map(|a| a.to_string_lossy().into_owned());
     let color = terminal::color_of(words);
     page::remember(&arguments);
@@ -102,6 +101,9 @@ pub fn run_with(arguments: Vec<OsString>) -> u8 {
         }
     };
     terminal::choose(arguments.terminal);
+    if let Some(parent) = arguments.terminal.ends_with_parent {
+        sweep::end_with(parent);
+    }
     let result: Result<Outcome> = match arguments.command {
         Command::Demo(arguments) => demo::run(arguments),
         Command::Import(arguments) => import::run(arguments),

@@ -6,7 +6,7 @@ mod run;
 mod status;
 
 use super::Outcome;
-use crate::{error::Result, experiment::sweep::ENDS_WITH_PARENT};
+use crate::error::Result;
 use std::ffi::OsString;
 
 /// Run one command with many configurations, and make one table of it.
@@ -66,17 +66,17 @@ fn program() -> Result<Vec<OsString>> {
     })
 }
 
-/// A cell's command ends when who started it does, however that ends: nobody would take its result.
-pub(super) fn end_with_parent() {
+/// Ends this process when the one that started it ends, however that does.
+pub(super) fn end_with(parent: u32) {
     #[cfg(target_os = "linux")]
-    if let Some(parent) = std::env::var_os(ENDS_WITH_PARENT) {
+    {
         use rustix::process::{Signal, getppid, set_parent_process_death_signal};
         let _ = set_parent_process_death_signal(Some(Signal::KILL)); // without it the command runs to its end
-        let is_there = getppid().map(|now| now.as_raw_nonzero().to_string());
-        if is_there.as_deref() != parent.to_str() {
+        let now = getppid().and_then(|now| u32::try_from(now.as_raw_nonzero().get()).ok());
+        if now != Some(parent) {
             std::process::exit(1); // it ended before it could be asked for
         }
     }
     #[cfg(not(target_os = "linux"))]
-    let _ = ENDS_WITH_PARENT;
+    let _ = parent;
 }

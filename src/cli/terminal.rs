@@ -25,6 +25,10 @@ pub struct Options {
     /// No progress and no notes; warnings and what was lost are still said.
     #[arg(long, global = true, help_heading = "Terminal")]
     pub quiet: bool,
+
+    /// End when this process does, which is the one that started this one: nobody else would take the result.
+    #[arg(long, global = true, hide = true, value_name = "PID")]
+    pub ends_with_parent: Option<u32>,
 }
 
 static CHOSEN: OnceLock<Options> = OnceLock::new();

@@ -118,6 +118,19 @@ fn every_help_fits_a_terminal_and_ends_with_an_example() {
     }
 }
 
+/// The steps of a sweep are commands of their own.
+#[test]
+fn the_steps_of_a_sweep_have_helps_and_examples() {
+    for step in ["plan", "run", "run-cell", "status", "collect"] {
+        let help = help(&["sweep", step]);
+        let widest = help.lines().map(|line| line.chars().count()).max();
+        assert!(widest.is_some_and(|widest| widest <= 80), "{help}");
+        let example = example(&help);
+        assert!(example.contains(&format!("ballmark sweep {step} ")));
+        run(step, example);
+    }
+}
+
 #[test]
 fn every_example_runs() {
     let mut ran = Vec::new();

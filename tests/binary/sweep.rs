@@ -520,6 +520,35 @@ fn ctrl_c_ends_what_runs() {
     assert_eq!(status(&place)["missing"].as_array().unwrap().len(), 4);
 }
 
+/// Processes that work in the place's folder for temporary files.
+#[cfg(target_os = "linux")]
+fn workers(place: &Workplace) -> usize {
+    let folder = place.path("tmp").canonicalize().unwrap();
+    let processes = std::fs::read_dir("/proc").unwrap().flatten();
+    let works = |process: std::fs::DirEntry| {
+        let at = std::fs::read_link(process.path().join("cwd"));
+        at.is_ok_and(|at| at.starts_with(&folder))
+    };
+    processes.map(works).filter(|works| *works).count()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn nobody_works_on_for_a_run_that_is_gone() {
+    let text = with("seeds = [1, 2]").replace("steps = 2", "steps = 200000");
+    for name in ["-KILL", "-TERM"] {
+        let place = planned(&text);
+        let mut child = run_begun(&place);
+        wait_for("two workers", || workers(&place) == 2);
+        let begun = Instant::now();
+        signal(&child, name);
+        child.wait().unwrap();
+        wait_for("no workers", || workers(&place) == 0);
+        // At once, and not when they have come to their ends.
+        assert!(begun.elapsed() < Duration::from_secs(3), "{name}");
+    }
+}
+
 #[test]
 fn two_runs_at_once_share_the_work() {
     let place = planned(&with(
@@ -535,7 +564,8 @@ fn two_runs_at_once_share_the_work() {
         );
     }
     let (mut ran, mut all) = (attempts(&place), cells(&place));
-    (ran.sort(), all.sort());
+    ran.sort();
+    all.sort();
     assert_eq!(ran, all, "a cell was run twice or never");
 }
 

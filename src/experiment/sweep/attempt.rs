@@ -23,8 +23,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Set for the command of a cell: it is to end when who started it does.
-pub const ENDS_WITH_PARENT: &str = "BALLMARK_ENDS_WITH_PARENT";
+/// A flag of the command of a cell, before the number of the process that started it: it is to end when that does.
+pub const ENDS_WITH_PARENT: &str = "--ends-with-parent";
 /// How often cells that run are looked at.
 pub(super) const LOOKED_AT: Duration = Duration::from_millis(2);
 /// And how often their memory.
@@ -164,12 +164,12 @@ impl Attempt {
         let mut process = Command::new(first);
         process
             .args(before)
+            .args([ENDS_WITH_PARENT, &std::process::id().to_string()])
             .args(command.arguments(&call.options, cell.seed))
             .current_dir(path)
             .stdin(Stdio::null())
             .stdout(printed("stdout")?)
-            .stderr(printed("stderr")?)
-            .env(ENDS_WITH_PARENT, std::process::id().to_string());
+            .stderr(printed("stderr")?);
         if let Some(threads) = runner.threads {
             process.env("RAYON_NUM_THREADS", threads.to_string());
         }
