@@ -240,7 +240,6 @@ pub fn import_log(
         all
     }
     let each = |(name, deg)| (name, Bearings::Each(deg));
-    let gap_m = gap.unwrap_or(GAP_M);
     let options = ReadOptions {
         format: format
             .as_deref()
@@ -256,7 +255,7 @@ pub fn import_log(
             units: sorted(units),
             bearings: sorted(bearings).into_iter().map(each).collect(),
             offsets_m: sorted(offsets),
-            gap_m,
+            gap_m: gap,
             poses_elsewhere: poses.is_some(),
             pose_topic,
             topics,
@@ -269,7 +268,12 @@ pub fn import_log(
         if let Some(times) = pose_times {
             track = track.with_stamps(trajectory::read_times(times)?)?;
         }
-        labelled(log, &track, pose_tolerance.unwrap_or(TOLERANCE_S), gap_m)
+        labelled(
+            log,
+            &track,
+            pose_tolerance.unwrap_or(TOLERANCE_S),
+            gap.unwrap_or(GAP_M),
+        )
     });
     let log = log.map_err(raised)?;
     let account = serde_json::json!({

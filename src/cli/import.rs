@@ -83,9 +83,9 @@ pub struct Arguments {
     #[arg(long, value_name = "CHANNEL=METRES", value_parser = named::<f64>)]
     offset: Vec<(String, f64)>,
 
-    /// A step longer than this, of which odometry knows less than half, begins a new run.
-    #[arg(long, value_name = "METRES", default_value_t = GAP_M)]
-    gap: f64,
+    /// A step longer than this, of which odometry knows less than half, begins a new run (5).
+    #[arg(long, value_name = "METRES")]
+    gap: Option<f64>,
 
     /// Topic whose poses are the labels, in a bag: PoseStamped, PoseWithCovarianceStamped or Odometry, such as /amcl_pose.
     #[arg(long, value_name = "TOPIC")]
@@ -134,7 +134,7 @@ Example:
 pub fn run(arguments: Arguments) -> Result<Outcome> {
     for (option, metres) in [
         ("--max-range", arguments.max_range),
-        ("--gap", Some(arguments.gap)),
+        ("--gap", arguments.gap),
     ] {
         if let Some(metres) = metres.filter(|m| !(m.is_finite() && *m > 0.0)) {
             let fault = format!("{option} {metres}: expected metres above 0");
@@ -218,7 +218,12 @@ fn posed(log: ImportedLog, poses: &Path, arguments: &Arguments) -> Result<Import
         trajectory = trajectory.with_stamps(trajectory::read_times(times)?)?;
     }
     let tolerance_s = arguments.pose_tolerance.unwrap_or(TOLERANCE_S);
-    labelled(log, &trajectory, tolerance_s, arguments.gap)
+    labelled(
+        log,
+        &trajectory,
+        tolerance_s,
+        arguments.gap.unwrap_or(GAP_M),
+    )
 }
 
 /// `NAME=VALUE`

@@ -15,7 +15,7 @@ pub const GAP_M: f64 = 5.0;
 /// assert!(read.recording.values()[[1, 0]].is_nan());
 /// # Ok::<(), ballmark::Error>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct LogOptions {
     /// Reading in metres from which on there was no return, instead of the log's own, for all channels in metres.
     pub max_range_m: Option<f64>,
@@ -28,8 +28,8 @@ pub struct LogOptions {
     /// How far from the robot's middle the sensors of a channel sit, in metres along their bearings.
     pub offsets_m: Vec<(String, f64)>,
     /// A new run begins where the robot is farther than this from where it was a snapshot before, and odometry doesn't say
-    /// so, in metres.
-    pub gap_m: f64,
+    /// so, in metres; none: [`GAP_M`].
+    pub gap_m: Option<f64>,
     /// Poses will come from [elsewhere](super::posed): a log without any is taken all the same, its snapshots at the origin.
     pub poses_elsewhere: bool,
     /// The topic whose poses are the labels, in logs of ROS, instead of [the usual ones](super::format::ros).
@@ -38,18 +38,9 @@ pub struct LogOptions {
     pub topics: Option<Vec<String>>,
 }
 
-impl Default for LogOptions {
-    fn default() -> Self {
-        Self {
-            max_range_m: None,
-            sensors: Selection::default(),
-            units: Vec::new(),
-            bearings: Vec::new(),
-            offsets_m: Vec::new(),
-            gap_m: GAP_M,
-            poses_elsewhere: false,
-            pose_topic: None,
-            topics: None,
-        }
+impl LogOptions {
+    /// Where runs part, in metres.
+    pub(super) fn gap_m(&self) -> f64 {
+        self.gap_m.unwrap_or(GAP_M)
     }
 }

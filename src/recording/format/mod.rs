@@ -27,6 +27,8 @@ pub struct Format {
     selects_itself: bool,
     /// Has it topics?
     is_ros: bool,
+    /// Does its reader begin a new run at a gap? Else runs stand as they are.
+    parts_runs: bool,
 }
 
 type Recognise = fn(&[u8]) -> bool;
@@ -36,7 +38,7 @@ type Read = fn(&Path, &[u8], &LogOptions) -> Result<ImportedLog>;
 
 /// All formats, in the order in which they are tried.
 pub const FORMATS: [Format; 6] = [
-    Format::new("npz", "a .npz dataset", dataset::detect, dataset::read),
+    Format::new("npz", "a .npz dataset", dataset::detect, dataset::read).with_runs(),
     Format::new(
         "rosbag1",
         "a bag of ROS 1",
@@ -79,12 +81,20 @@ impl Format {
             read,
             selects_itself: false,
             is_ros: false,
+            parts_runs: true,
         }
     }
 
     const fn of_ros(self) -> Self {
         Self {
             is_ros: true,
+            ..self
+        }
+    }
+
+    const fn with_runs(self) -> Self {
+        Self {
+            parts_runs: false,
             ..self
         }
     }
@@ -142,6 +152,12 @@ impl Format {
         if !self.is_ros && (options.topics.is_some() || options.pose_topic.is_some()) {
             let what = self.what;
             let note = format!("topics have no effect: {} is {what}", path.display());
+            log.account.note(note);
+        }
+        if !self.parts_runs && options.gap_m.is_some() && !options.poses_elsewhere {
+            let (path, what) = (path.display(), self.what);
+            let note =
+                format!("the gap has no effect: {path} is {what}, whose runs stand as they are");
             log.account.note(note);
         }
         as_declared(path, log, options, self.selects_itself)
