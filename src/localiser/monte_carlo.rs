@@ -160,6 +160,28 @@ impl MonteCarlo {
         }
     }
 
+    /// A particle that is drawn again, a little beside where it was, unless that is off the grid.
+    fn roughened(&self, pose: Pose, stream: &mut Stream) -> Pose {
+        let MonteCarloConfig {
+            roughening_m,
+            roughening_rad,
+            ..
+        } = self.config;
+        if roughening_m == 0.0 && roughening_rad == 0.0 {
+            return pose;
+        }
+        let [east, north, turn]: [f64; 3] = [(); 3].map(|()| stream.sample(StandardNormal));
+        let rough = Pose::new(
+            pose.x_m + roughening_m * east,
+            pose.y_m + roughening_m * north,
+            wrapped(pose.heading_rad + roughening_rad * turn),
+        );
+        match self.grid.cell_of(&rough) {
+            Some(_) => rough,
+            None => pose,
+        }
+    }
+
     /// As many draws as KLD sampling asks for (PR table 8.4).
     fn enough(&self, mut draw: impl FnMut() -> Pose) -> Particles {
         let mut bins = Bins::new(&self.config);
@@ -360,7 +382,9 @@ impl<'a> Robot<'a> {
             let is_random = stream.random::<f64>() < random_share;
             let kept = match is_random {
                 true => None,
-                false => kept.next(),
+                false => kept
+                    .next()
+                    .map(|pose| self.monte_carlo.roughened(pose, stream)),
             };
             kept.unwrap_or_else(|| self.monte_carlo.anywhere(stream))
         });

@@ -39,6 +39,11 @@ pub struct MonteCarloConfig {
     pub slow_decay: f64,
     /// α_fast: the same for the short average. Random particles are drawn while that is below the long one.
     pub fast_decay: f64,
+    /// Roughening (Gordon, Salmond & Smith 1993): standard deviation of x and of y, in metres, that each particle is moved by when it is drawn anew;
+    /// 0: copies are alike until the robot moves.
+    pub roughening_m: f64,
+    /// The same of the heading, in radians.
+    pub roughening_rad: f64,
     /// Power that a scan's likelihood is taken to; not said: localisation trials tune it on whole sequences of the validation
     /// part, and elsewhere it is 0.2. At 1 all beams of all scans count as independent: the likelihood then has a
     /// peak so narrow that few particles are near enough to the truth to outlive a scan. Starting anywhere in the
@@ -65,6 +70,8 @@ impl Default for MonteCarloConfig {
             kld_bin_rad: 10_f64.to_radians(),
             slow_decay: 0.001,
             fast_decay: 0.1,
+            roughening_m: 0.05,
+            roughening_rad: 2_f64.to_radians(),
             evidence_scale: None,
             start_spread_m: 0.3,
             start_spread_rad: 0.1,
@@ -112,6 +119,14 @@ impl MonteCarloConfig {
             }
         }
         for (key, value) in [
+            ("roughening_m", self.roughening_m),
+            ("roughening_rad", self.roughening_rad),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return wrong(key, value.to_string(), "a number from 0");
+            }
+        }
+        for (key, value) in [
             ("slow_decay", self.slow_decay),
             ("fast_decay", self.fast_decay),
         ] {
@@ -142,6 +157,10 @@ impl Constants for MonteCarloConfig {
 
     fn check(&self) -> Result<()> {
         MonteCarloConfig::check(self)
+    }
+
+    fn particles(&mut self) -> Option<&mut usize> {
+        Some(&mut self.particles)
     }
 
     fn files(&mut self) -> Vec<&mut PathBuf> {
