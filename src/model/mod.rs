@@ -19,7 +19,8 @@
 //!
 //! Several sets for several uncertainties are a [`ModelBank`]: a set's arrays stand behind `set.{uncertainty}.`.
 //!
-//! The JSON (metadata key `ballmark`, array `meta` in `.npz`) holds [`Header`].
+//! The JSON (metadata key `ballmark`, array `meta` in `.npz`) holds [`Header`]; in `.safetensors` its first key `sha256`
+//! is a digest of the rest of it and of all arrays, which is checked where it is there.
 
 mod arrays;
 mod bank;
