@@ -43,6 +43,11 @@ pub trait Constants: Debug + Send + Sync {
         None
     }
 
+    /// Its number of particles, where it has a number that may be raised: more of them cost time, and should change nothing else.
+    fn particles(&mut self) -> Option<&mut usize> {
+        None
+    }
+
     /// Names of all files that the constants name; a configuration's file names are relative to itself.
     fn files(&mut self) -> Vec<&mut PathBuf> {
         self.model().into_iter().collect()

@@ -4,6 +4,7 @@ use super::{
     Outcome,
     files::{in_json, make_writable, write_json, write_text},
     page::write_page,
+    picture::write_picture,
     print,
     progress::Progress,
     warn,
@@ -37,7 +38,7 @@ pub struct Arguments {
     /// What is compared with what; file names in it are relative to it.
     #[arg(value_name = "C.toml", required_unless_present = "redraw")]
     config: Option<PathBuf>,
-    /// Folder for a page to look at (index.html), the record (JSON), the tables (text, CSV, Markdown, LaTeX), the pictures (SVG), the
+    /// Folder for a page to look at (index.html), the record (JSON), the tables (text, CSV, Markdown, LaTeX), the pictures (SVG, PNG), the
     /// trained models and the resolved configuration.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -261,7 +262,7 @@ fn write_tables(folder: &Path, comparison: &Comparison, sheets: &[Sheet]) -> Res
     let pictures = pictures(comparison)?; // one that can't be drawn is an error before anything is written
     write_sheets(folder, sheets, &caption_lines(&comparison.record))?;
     for (name, svg) in pictures {
-        write_text(&folder.join(format!("{name}.svg")), &svg)?;
+        write_picture(&folder.join(name), &svg)?;
     }
     let names: Vec<&str> = comparison
         .record

@@ -2,11 +2,13 @@
 
 use super::warn;
 use crate::{
-    error::Result,
+    detector::Detector,
+    error::{Error, Result},
     experiment::same_sensor::other_sensor,
-    model::Model,
+    model::{Model, ModelBank},
     recording::{Recording, degraded::Degraded, npz},
 };
+use ndarray::Array2;
 use std::path::{Path, PathBuf};
 
 /// A dataset as the sensor of a configuration would have made it.
@@ -24,6 +26,45 @@ pub(super) fn read_all(datasets: &[PathBuf], degraded: &Degraded) -> Result<Reco
         Some(path) => e.in_file(path),
         None => e,
     })
+}
+
+/// P(f_i = 1 | s) of every snapshot.
+///
+/// # Errors
+/// Where the recording lacks the model's sensors.
+pub(super) fn answers(model: &Model, recording: &Recording) -> Result<Array2<f32>> {
+    model.detector().probabilities(&*model.seen_in(recording)?)
+}
+
+/// Are these the answers of networks that work?
+///
+/// # Errors
+/// Where one of them is no number: weights that are all finite may be so large. The message names the model's file.
+pub(super) fn check_numbers(file: &Path, answers: &Array2<f32>) -> Result<()> {
+    let mut rows = answers.rows().into_iter();
+    match rows.position(|row| row.iter().any(|p| p.is_nan())) {
+        None => Ok(()),
+        Some(k) => Err(Error::file(
+            file,
+            format!("its networks answer NaN to snapshot {k}; expected probabilities"),
+        )),
+    }
+}
+
+/// Names the model whose networks answer NaN, where that may be why something failed; else the same failure.
+pub(super) fn blamed(
+    fault: Error,
+    files: &[PathBuf],
+    banks: &[ModelBank],
+    recording: &Recording,
+) -> Error {
+    let models = files.iter().zip(banks);
+    let mut sets = models.flat_map(|(file, bank)| bank.sets().iter().map(move |set| (file, set)));
+    let guilty = sets.find_map(|(file, set)| {
+        let answers = answers(set, recording).ok()?;
+        check_numbers(file, &answers).err()
+    });
+    guilty.unwrap_or(fault)
 }
 
 /// Says where a recording's sensor is another one than a model learned with.

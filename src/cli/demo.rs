@@ -5,6 +5,7 @@ use super::{
     files::write_text,
     localise::{self, with_bar, write_config, write_report},
     page::{PAGE, call, write_page},
+    picture::write_picture,
     print, train, warn,
 };
 use crate::{
@@ -37,7 +38,7 @@ use std::{path::PathBuf, time::Instant};
 #[command(after_help = "Example:
   ballmark demo --toy --out demo-report")]
 pub struct Arguments {
-    /// Folder for a page to look at (index.html), the dataset, the models, the tables (CSV) and the pictures (SVG).
+    /// Folder for a page to look at (index.html), the dataset, the models, the tables (CSV) and the pictures (SVG, PNG).
     #[arg(long, value_name = "DIR", default_value = "ballmark-demo")]
     out: PathBuf,
     /// The one seed of the run.
@@ -86,7 +87,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             ),
         )?;
         for (ending, plot) in plots {
-            write_text(&folder.join(format!("features-{prior}.{ending}")), &plot)?;
+            write_picture(&folder.join(format!("features-{prior}{ending}")), &plot)?;
             feature_parts.push(Part::picture(
                 format!("Output of each filter trained {words} along the last run."),
                 format!(

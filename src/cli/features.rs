@@ -2,14 +2,14 @@
 
 use super::{
     Outcome,
-    dataset::{read, warn_of_other_sensors},
+    dataset::{answers, check_numbers, read, warn_of_other_sensors},
     files::{make_writable, write_text},
     page::{PAGE, call, write_page},
+    picture::write_picture,
     print,
 };
 use crate::{
     belief::Uncertainty,
-    detector::Detector,
     error::{Error, Result},
     experiment::configuration::Experiment,
     model::{Model, ModelBank},
@@ -18,13 +18,16 @@ use crate::{
     storage,
 };
 use ndarray::{Array2, Axis};
-use std::{fmt::Write, path::PathBuf};
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+};
 
 /// The output of each filter at every snapshot: a CSV file, and plots beside it.
 ///
 /// Columns: index, x_m, y_m, heading_rad, f1, f2, … with f the probability that the feature is seen. Plots beside it show
-/// the first eight along the route (F.svg), or in the plane where the dataset has no route (F.f1.svg, F.f2.svg, …). Of a bank of
-/// filters there is the table alone, and no page, with the columns of each set: 2m.f1, 2m.f2, …
+/// the first eight along the route (F.svg, F.png), or in the plane where the dataset has no route (F.f1.svg, F.f2.svg, …). Of a bank of
+/// filters the table has the columns of each set, 2m.f1, 2m.f2, …, and the plots stand in the page alone.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   ballmark features models/corridor-2m.safetensors \\
@@ -51,10 +54,10 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     if arguments
         .output
         .extension()
-        .is_some_and(|ending| ending == "svg")
+        .is_some_and(|ending| ending == "svg" || ending == "png")
     {
         return Err(Error::usage(format!(
-            "{}: the plots are named .svg; expected another ending for the table, such as .csv",
+            "{}: the plots are named .svg and .png; expected another ending for the table, such as .csv",
             arguments.output.display()
         )));
     }
@@ -64,33 +67,85 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     }
     let degraded = Experiment::read(arguments.config.as_deref(), None)?.degraded;
     let bank = ModelBank::read(&arguments.model)?;
-    let dataset = &arguments.dataset;
-    let recording = read(dataset, &degraded)?;
-    if let [model] = bank.sets() {
-        return of_one(model, &recording, &arguments);
-    }
+    let recording = read(&arguments.dataset, &degraded)?;
     let models: Vec<&Model> = bank.sets().iter().collect();
     warn_of_other_sensors(&models, &recording);
+    let is_bank = models.len() > 1;
     let mut columns = Vec::new();
     let mut all = Array2::zeros((recording.len(), 0));
-    for model in models {
-        let answers = answers(model, &recording).map_err(|e| e.in_file(dataset))?;
+    let (mut parts, mut plotted) = (Vec::new(), Vec::new());
+    for model in &models {
         let prior = model.header.prior;
-        columns.extend(numbered(
-            &format!("{}.", column_name(prior)),
-            answers.ncols(),
+        let answers = answers(model, &recording).map_err(|e| e.in_file(&arguments.dataset))?;
+        check_numbers(&arguments.model, &answers)?;
+        let before = match is_bank {
+            true => format!("{}.", column_name(prior)),
+            false => String::new(),
+        };
+        columns.extend(numbered(&before, answers.ncols()));
+        let title = format!("Filters for uncertainty {prior}");
+        let plots = plots(&title, &recording, &answers)?;
+        parts.extend(page_parts(
+            is_bank.then_some(title),
+            &recording,
+            &answers,
+            &plots,
         ));
+        plotted.extend(plots);
         all.append(Axis(1), answers.view())
             .map_err(|e| Error::work(format!("features of {prior}: {e}")))?;
     }
-    write_text(&arguments.output, &csv(&recording, &columns, &all))?;
-    print(&format!(
-        "{}: {} snapshots, {} sets of {} features\n",
-        arguments.output.display(),
-        recording.len(),
-        bank.sets().len(),
-        all.ncols() / bank.sets().len()
-    ))?;
+    let output = &arguments.output;
+    write_text(output, &csv(&recording, &columns, &all))?;
+    let (sets, features) = (models.len(), all.ncols() / models.len().max(1));
+    let what = match is_bank {
+        true => format!("{sets} sets of {features} features"),
+        false => format!("{features} features"),
+    };
+    let mut summary = format!(
+        "{}: {} snapshots, {what}\n",
+        output.display(),
+        recording.len()
+    );
+    if !is_bank {
+        if features > MAX_PICTURED {
+            summary += &format!("plots: the first {MAX_PICTURED} features\n");
+        }
+        for (ending, picture) in plotted {
+            let mut name = output.with_extension("").into_os_string();
+            name.push(ending);
+            write_picture(Path::new(&name), &picture)?;
+            let name = Path::new(&name).display();
+            summary += &format!("{name}.svg, {name}.png: their plot\n");
+        }
+    }
+    if let Some(folder) = &arguments.report {
+        let title = match &models[..] {
+            [model] => format!("Filters for uncertainty {}", model.header.prior),
+            _ => format!("A bank of {sets} sets of filters"),
+        };
+        let headers: Vec<_> = models.iter().map(|model| &model.header).collect();
+        let content = Page {
+            title,
+            summary: vec![format!(
+                "{what} in {} snapshots of {}; pictured are the first {MAX_PICTURED} at most.",
+                recording.len(),
+                arguments.dataset.display()
+            )],
+            command: call(),
+            parts,
+            config: vec![(
+                "Model".into(),
+                match &headers[..] {
+                    [header] => to_json(header)?,
+                    _ => to_json(&headers)?,
+                },
+            )],
+        };
+        write_page(folder, &content)?;
+        summary += &format!("{}: all of it to look at\n", folder.join(PAGE).display());
+    }
+    print(&summary)?;
     Ok(Outcome::Done)
 }
 
@@ -99,63 +154,28 @@ fn column_name(prior: Uncertainty) -> String {
     prior.to_string().replace(',', "_")
 }
 
-/// P(f_i = 1 | s) of every snapshot.
-fn answers(model: &Model, recording: &Recording) -> Result<Array2<f32>> {
-    model.detector().probabilities(&*model.seen_in(recording)?)
-}
-
-/// The table and the plots of a single model.
-fn of_one(model: &Model, recording: &Recording, arguments: &Arguments) -> Result<Outcome> {
-    let in_dataset = |e: Error| e.in_file(&arguments.dataset);
-    let answers = answers(model, recording).map_err(in_dataset)?;
-    warn_of_other_sensors(&[model], recording);
-    let columns = numbered("", answers.ncols());
-    write_text(&arguments.output, &csv(recording, &columns, &answers))?;
-    let title = format!("Filters for uncertainty {}", model.header.prior);
-    let mut summary = format!(
-        "{}: {} snapshots, {} features\n",
-        arguments.output.display(),
-        recording.len(),
-        answers.ncols()
-    );
-    if answers.ncols() > MAX_PICTURED {
-        summary += &format!("plots: the first {MAX_PICTURED} features\n");
-    }
-    let mut parts = vec![Part::table("How often each is seen", shares(&answers))];
-    for (name, picture) in plots(&title, recording, &answers)? {
-        let path = arguments.output.with_extension(name);
-        write_text(&path, &picture)?;
-        summary += &format!("{}: their plot\n", path.display());
-        let (caption, alt) = match recording.route_m() {
-            Some(_) => (
-                "Output of each filter along the last run.",
-                "Probability that each feature is seen, along the route",
-            ),
-            None => (
-                "Output of a filter over the plan.",
-                "Probability that a feature is seen, over the plan",
-            ),
-        };
-        parts.push(Part::picture(caption, alt, picture));
-    }
-    if let Some(folder) = &arguments.report {
-        let content = Page {
-            title,
-            summary: vec![format!(
-                "{} features in {} snapshots of {}; pictured are the first {MAX_PICTURED} at most.",
-                answers.ncols(),
-                recording.len(),
-                arguments.dataset.display()
-            )],
-            command: call(),
-            parts,
-            config: vec![("Model".into(), to_json(&model.header)?)],
-        };
-        write_page(folder, &content)?;
-        summary += &format!("{}: all of it to look at\n", folder.join(PAGE).display());
-    }
-    print(&summary)?;
-    Ok(Outcome::Done)
+/// A set of filters on a page, below its heading where it is one of several.
+fn page_parts(
+    heading: Option<String>,
+    recording: &Recording,
+    answers: &Array2<f32>,
+    plots: &[(String, String)],
+) -> Vec<Part> {
+    let mut parts: Vec<Part> = heading.map(Part::Heading).into_iter().collect();
+    parts.push(Part::table("How often each is seen", shares(answers)));
+    let (caption, alt) = match recording.route_m() {
+        Some(_) => (
+            "Output of each filter along the last run.",
+            "Probability that each feature is seen, along the route",
+        ),
+        None => (
+            "Output of a filter over the plan.",
+            "Probability that a feature is seen, over the plan",
+        ),
+    };
+    let pictures = plots.iter();
+    parts.extend(pictures.map(|(_, picture)| Part::picture(caption, alt, picture.clone())));
+    parts
 }
 
 /// How often each feature is seen, by its probabilities and by the snapshots at which it is more likely than not.
@@ -210,7 +230,7 @@ pub(super) fn csv(recording: &Recording, columns: &[String], answers: &Array2<f3
     text
 }
 
-/// Pictures of the first [`MAX_PICTURED`] features, each with the ending of its name: along the route, the last run with a
+/// Pictures of the first [`MAX_PICTURED`] features, each with what its name ends with: along the route, the last run with a
 /// panel a feature; in the plane, a picture a feature.
 pub(super) fn plots(
     title: &str,
@@ -225,7 +245,7 @@ pub(super) fn plots(
                 let values: Vec<f64> = answers.column(i).iter().map(|&f| f64::from(f)).collect();
                 let label = format!("P(f{} = 1)", i + 1);
                 let picture = scatter_plot(title, &label, &x, &y, &values, Some((0.0, 1.0)))?;
-                Ok((format!("f{}.svg", i + 1), picture))
+                Ok((format!(".f{}", i + 1), picture))
             })
             .collect();
     };
@@ -246,5 +266,5 @@ pub(super) fn plots(
         })
         .collect();
     let picture = stacked_plot(title, "along the route (m)", &panels, Trace::Line)?;
-    Ok(vec![("svg".into(), picture)])
+    Ok(vec![(String::new(), picture)])
 }

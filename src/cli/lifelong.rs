@@ -3,6 +3,7 @@
 use super::{
     Outcome,
     files::{make_writable, write_text},
+    picture::write_picture,
     print,
     progress::Progress,
 };
@@ -33,7 +34,7 @@ pub struct Arguments {
     /// Configuration: its sections [lifelong], [train] and [adapt].
     #[arg(value_name = "C.toml")]
     config: PathBuf,
-    /// Folder for the record (JSON), the days (CSV) and their picture (SVG).
+    /// Folder for the record (JSON), the days (CSV) and their picture (SVG, PNG).
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// The first seed.
@@ -110,5 +111,5 @@ fn write(folder: &Path, record: &LifelongRecord) -> Result<()> {
         &format!("{:#}\n", json(record)?),
     )?;
     write_text(&folder.join("days.csv"), &tables::days(record).csv())?;
-    write_text(&folder.join("days.svg"), &tables::plot(record)?)
+    write_picture(&folder.join("days"), &tables::plot(record)?)
 }

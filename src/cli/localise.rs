@@ -2,9 +2,10 @@
 
 use super::{
     Outcome,
-    dataset::{read, read_all, warn_of_other_sensors},
+    dataset::{blamed, read, read_all, warn_of_other_sensors},
     files::{write_for_readers, write_json, write_text},
     page::{call, write_page},
+    picture::write_picture,
     print,
     progress::Progress,
     warn,
@@ -47,7 +48,7 @@ pub struct Arguments {
     /// baselines need it.
     #[arg(long, value_name = "T.npz", num_args = 1..)]
     trained_on: Vec<PathBuf>,
-    /// Folder for a page to look at (index.html), the figures (CSV) and the pictures (SVG).
+    /// Folder for a page to look at (index.html), the figures (CSV) and the pictures (SVG, PNG).
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Configuration; its section [localise] holds for all that no flag below says otherwise, [degraded] for the sensor that
@@ -143,7 +144,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         None => MethodContext::new(&models, parts, &config),
     };
     let record = context.and_then(|context| play(context, arguments.out.is_some()));
-    let record = record.map_err(in_dataset)?;
+    let record = record.map_err(|e| blamed(in_dataset(e), &arguments.files, &banks, &recording))?;
     let seconds = started.elapsed().as_secs_f64();
     if let Some(folder) = &arguments.out {
         let title = "Localisation on unseen runs";
@@ -260,13 +261,13 @@ pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Resul
         write_text(&folder.join("kidnapping.csv"), &kidnapping.csv())?;
     }
     let anywhere = tables::error_plot(&format!("{title}: start anywhere"), record, false)?;
-    write_text(&folder.join("error_by_distance.svg"), &anywhere)?;
+    write_picture(&folder.join("error_by_distance"), &anywhere)?;
     let found = tables::found_plot(&format!("{title}: start anywhere"), record)?;
-    write_text(&folder.join("found_by_distance.svg"), &found)?;
+    write_picture(&folder.join("found_by_distance"), &found)?;
     let risk = tables::risk_coverage_plot(&format!("{title}: start anywhere"), record)?;
-    write_text(&folder.join("risk_coverage.svg"), &risk)?;
+    write_picture(&folder.join("risk_coverage"), &risk)?;
     let known = tables::error_plot(&format!("{title}: start known"), record, true)?;
-    write_text(&folder.join("tracking_error.svg"), &known)
+    write_picture(&folder.join("tracking_error"), &known)
 }
 
 /// All that decided the result: configuration, motion model, model and data, and the version that computed it. Written to a file,

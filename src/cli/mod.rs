@@ -13,6 +13,7 @@ mod interrupt;
 mod lifelong;
 mod localise;
 mod page;
+mod picture;
 mod pretrain;
 mod progress;
 mod reproduce;

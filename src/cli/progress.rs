@@ -2,7 +2,11 @@
 
 use super::{terminal, warn};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{IsTerminal, stderr};
+use std::{
+    io::{IsTerminal, stderr},
+    sync::Mutex,
+    time::{Duration, Instant},
+};
 
 /// Narrow enough that name, step, time left and a short message fit a line of 80 columns. What is longer is cut.
 const TEMPLATE: &str = "{prefix} {bar:12} {pos}/{len}, {eta} left, {wide_msg}";
@@ -77,6 +81,45 @@ impl Progress {
     pub fn done(self) {
         if let Some(bar) = self.bar {
             bar.finish_and_clear();
+        }
+    }
+}
+
+/// Work that mostly ends at once takes so long before anything is shown of it.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Progress of work that many threads do, shown only where it lasts.
+pub struct PatientProgress {
+    name: &'static str,
+    began: Instant,
+    shown: Mutex<Option<Progress>>,
+}
+
+impl PatientProgress {
+    /// Before the work.
+    pub fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            began: Instant::now(),
+            shown: Mutex::new(None),
+        }
+    }
+
+    /// `done` of `of` steps are done, as one of the threads sees it. A thread that finds another one showing goes on.
+    pub fn at(&self, done: usize, of: usize, message: &str) {
+        if self.began.elapsed() < PATIENCE {
+            return;
+        }
+        if let Ok(mut shown) = self.shown.try_lock() {
+            let progress = shown.get_or_insert_with(|| Progress::new(self.name, of));
+            progress.at(done, message);
+        }
+    }
+
+    /// Takes the bar away.
+    pub fn done(self) {
+        if let Ok(Some(progress)) = self.shown.into_inner() {
+            progress.done();
         }
     }
 }

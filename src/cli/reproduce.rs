@@ -3,8 +3,9 @@
 use super::{
     Outcome,
     compare::{sheets_text, write_sheets},
-    files::{in_json, make_writable, write_json, write_text},
+    files::{in_json, make_writable, write_json},
     page::write_page,
+    picture::write_picture,
     print,
     progress::Progress,
     warn,
@@ -133,7 +134,7 @@ fn tell(
         write_sheets(folder, &sheets, &captions)?;
         let pictures = reproduction::pictures(reproduction)?;
         for (name, svg) in &pictures {
-            write_text(&folder.join(format!("{name}.svg")), svg)?;
+            write_picture(&folder.join(name), svg)?;
         }
         let title = format!("{} reproduced", reproduction.paper);
         let resolved = format!("{:#}\n", resolved(reproduction));
@@ -258,7 +259,7 @@ fn write_and_print(
         write_json(&folder.join("config.json"), config)?;
         write_sheets(folder, sheets, &[])?;
         for (name, svg) in &pictures {
-            write_text(&folder.join(format!("{name}.svg")), svg)?;
+            write_picture(&folder.join(name), svg)?;
         }
         let resolved = serde_json::to_string_pretty(config);
         let resolved = resolved.map_err(|e| Error::work(format!("configuration: {e}")))?;

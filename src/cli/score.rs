@@ -3,12 +3,16 @@
 use super::{
     Outcome,
     compare::write_sheets,
-    files::{make_writable, write_json, write_text},
+    files::{make_writable, write_json},
     page::write_page,
-    print, warn,
+    picture::write_picture,
+    print,
+    progress::PatientProgress,
+    warn,
 };
 use crate::{
     error::{Error, Result},
+    experiment::protocol_record::ProtocolRecord,
     report::{
         Page, Part, Table,
         comparison::{Reader, Sheet},
@@ -17,6 +21,7 @@ use crate::{
     score::{ColumnNames, Effort, Responses, Verdict},
     seed::Seed,
 };
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Judge responses: how much do they tell about the true location?
@@ -50,7 +55,7 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", default_value = "distance_m")]
     distance: String,
     /// Folder for a page to look at (index.html), the verdict (JSON), the tables (text, CSV, Markdown, LaTeX) and the picture of
-    /// responses against locations (SVG).
+    /// responses against locations (SVG, PNG).
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One JSON object instead of tables.
@@ -84,16 +89,25 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         permutations: arguments.permutations,
         resamples: arguments.bootstrap,
     };
-    let verdict = Verdict::new(&responses, effort, Seed(arguments.seed));
+    let progress = PatientProgress::new("score");
+    let seed = Seed(arguments.seed);
+    let verdict = Verdict::watched(&responses, effort, seed, &|done, of| {
+        progress.at(done, of, "random tables");
+    });
+    progress.done();
     verdict
         .notes
         .iter()
         .for_each(|note| warn(&format!("note: {note}")));
+    let record = Record {
+        verdict: &verdict,
+        protocol: ProtocolRecord::of_responses(&responses),
+    };
     if let Some(folder) = &arguments.out {
-        write(folder, &arguments.responses, &responses, &verdict)?;
+        write(folder, &arguments.responses, &responses, &record)?;
     }
     if arguments.json {
-        let json = serde_json::to_string_pretty(&verdict)
+        let json = serde_json::to_string_pretty(&record)
             .map_err(|e| Error::work(format!("cannot write the result as JSON: {e}")))?;
         print(&(json + "\n"))?;
     } else {
@@ -103,9 +117,18 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// What is said of responses, and what another record must share with it to stand beside it.
+#[derive(Serialize)]
+struct Record<'a> {
+    #[serde(flatten)]
+    verdict: &'a Verdict,
+    protocol: ProtocolRecord,
+}
+
 /// Writes everything to a folder.
-fn write(folder: &Path, file: &Path, responses: &Responses, verdict: &Verdict) -> Result<()> {
-    write_json(&folder.join("score.json"), verdict)?;
+fn write(folder: &Path, file: &Path, responses: &Responses, record: &Record) -> Result<()> {
+    write_json(&folder.join("score.json"), record)?;
+    let verdict = record.verdict;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let titles = ["All rows", "By metres travelled"];
     let names = ["score", "score-by-distance"];
@@ -122,7 +145,7 @@ fn write(folder: &Path, file: &Path, responses: &Responses, verdict: &Verdict) -
         .collect();
     write_sheets(folder, &sheets, &[])?;
     let svg = contingency_plot(&format!("Responses against locations: {name}"), responses)?;
-    write_text(&folder.join("contingency.svg"), &svg)?;
+    write_picture(&folder.join("contingency"), &svg)?;
     let caption = "Where each response was given: a row a location, a column a response; the darker, the larger the share of the \
                    response's answers. Labels beyond the sixty most frequent are left out.";
     let mut parts = vec![Part::picture(

@@ -6,6 +6,7 @@ mod runs;
 use super::{Outcome, print, warn};
 use crate::{
     error::{Error, Result},
+    experiment::protocol_record::ProtocolRecord,
     report::{Table, conditions_text, runs_tables, trajectory_tables},
     score::{
         prediction_correction::{Edges, MetricOptions, Precision, SearchStep},
@@ -45,7 +46,7 @@ pub struct Arguments {
     /// One JSON object instead of tables.
     #[arg(long)]
     json: bool,
-    /// Folder for all of it: JSON, tables, and every run's traces as CSV and drawn on the floor (SVG).
+    /// Folder for all of it: JSON, tables, (text, CSV, Markdown, LaTeX), and every run's traces as CSV and drawn on the floor (SVG, PNG).
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
     /// Write the matched, aligned poses of EST: .tum, .txt or .csv.
@@ -139,14 +140,16 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         storage::make_folder(folder)?; // a wrong name fails now
     }
     let format = arguments.format.as_deref().map(str::parse).transpose()?;
-    let mut judged = Vec::new();
+    let (mut judged, mut protocols) = (Vec::new(), Vec::new());
     for run in &runs {
         let evaluation = judge(run, &arguments, format, &options);
         let evaluation = evaluation.map_err(|e| match named.is_empty() {
             true => e,
             false => e.context(format!("run {}", run.name)),
         })?;
+        let (evaluation, protocol) = evaluation;
         judged.push((run.name.clone(), evaluation));
+        protocols.push(protocol);
     }
     if let (Some(path), Some((_, evaluation))) = (&arguments.out, judged.first()) {
         trajectory::write(path, &evaluation.aligned)?;
@@ -154,11 +157,18 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let all = RunsEvaluation::of(judged, &options.metric)?;
     let framework = config.as_ref().map(|config| &config.framework);
     let (json, tables) = match (&all.runs[..], framework) {
-        ([run], None) => (
-            to_json(&run.evaluation)?,
-            trajectory_tables(&run.evaluation),
-        ),
-        _ => (to_json(&all)?, runs_tables(&all)),
+        ([run], None) => {
+            let mut json = to_json(&run.evaluation)?;
+            json["protocol"] = to_json(&protocols[0])?;
+            (json, trajectory_tables(&run.evaluation))
+        }
+        _ => {
+            let mut json = to_json(&all)?;
+            for (number, protocol) in protocols.iter().enumerate() {
+                json["runs"][number]["protocol"] = to_json(protocol)?;
+            }
+            (json, runs_tables(&all))
+        }
     };
     let mut text = texts(&tables);
     let mut json = json;
@@ -219,7 +229,7 @@ fn judge(
     arguments: &Arguments,
     format: Option<Format>,
     options: &EvaluationOptions,
-) -> Result<Evaluation> {
+) -> Result<(Evaluation, ProtocolRecord)> {
     let read = |path: &Path| trajectory::read(path, format);
     let (estimate, (reference, prior)) = rayon::join(
         || read(&run.estimate),
@@ -248,7 +258,8 @@ fn judge(
         );
     }
     notes.iter().for_each(|note| warn(&format!("note: {note}")));
-    Ok(evaluation)
+    let protocol = ProtocolRecord::of_reference(&reference, options);
+    Ok((evaluation, protocol))
 }
 
 fn to_json(of: &impl serde::Serialize) -> Result<serde_json::Value> {

@@ -247,6 +247,9 @@ fn formats(asked: &[String], channels: &[Channel]) -> Result<Vec<Format>> {
     }
 }
 
+/// Where nobody says otherwise, whether so many times the particles change a result is looked at.
+const MORE_PARTICLES: usize = 4;
+
 /// A file's name from the root on, so that it is found from any folder.
 fn full(file: &Path) -> Result<PathBuf> {
     file.canonicalize()
@@ -277,16 +280,21 @@ fn judge(
         false => vec![toml::toml! { name = "kernel" kind = "bayes" landmarks = "kernel" }],
     };
     let odometry = toml::toml! { name = "odometry" kind = "bayes" landmarks = [] };
+    let localisation = config.localisation.as_ref();
+    let localisation = localisation.ok_or_else(|| Error::work("no trials"))?;
     let judge = Judge {
         seed: config.seed,
         dataset: [DatasetConfig::file(full)],
         system: [vec![mine], rivals, vec![odometry]].concat(),
         degraded: &config.degraded,
         protocol: &config.protocol,
-        localisation: config
-            .localisation
-            .as_ref()
-            .ok_or_else(|| Error::work("no trials"))?,
+        localisation: &LocaliseConfig {
+            more_particles: match (has_map, localisation.more_particles) {
+                (true, 0) => MORE_PARTICLES,
+                (_, stated) => stated,
+            },
+            ..localisation.clone()
+        },
     };
     let text = toml::to_string(&judge);
     let text = text.map_err(|e| Error::work(format!("configuration as TOML: {e}")))?;

@@ -7,7 +7,7 @@ use super::{
     convergence::{Answers, SURE_WITHIN_M, converged_at_m, median_distance_m},
     method::Method,
     methods::MethodContext,
-    paired_trials::{FiguresOfTrials, PairedTest, paired_tests},
+    paired_trials::{PairedTest, TrialFigures, paired_tests},
     sequences::motion,
     trial_play::stream,
     trials::Trial,
@@ -239,9 +239,11 @@ impl Play<'_> {
         restart: &[Answers],
     ) -> Option<PairedTest> {
         let config = self.context.config;
-        let figures = [("floor", floor), ("restart", restart)]
-            .map(|(name, answers)| FiguresOfTrials::new(name, trials, answers, config.spacing_m));
-        let tests = paired_tests(&figures, trials, config.resamples, self.context.seed());
+        let figures =
+            [floor, restart].map(|answers| TrialFigures::new(trials, answers, config.spacing_m));
+        let named = [("floor", &figures[0]), ("restart", &figures[1])];
+        let unit_of: Vec<usize> = trials.iter().map(|trial| trial.unit).collect();
+        let tests = paired_tests(&named, &unit_of, config.resamples, self.context.seed());
         tests.into_iter().next().filter(|_| !trials.is_empty())
     }
 

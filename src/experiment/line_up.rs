@@ -7,6 +7,7 @@ use super::{
     maps::{BEAM, BEAM_MODEL, Field, MAP, PARTICLES, RangeMaps},
     method::Method,
     methods::MethodContext,
+    more_particles::FewerParticles,
     product::product,
     sequences::evidence_scale,
     signal_row::{SIGNAL_FIELD, signal_field},
@@ -148,8 +149,24 @@ fn with_map<'a>(
         }
         Err(fault) => methods.push(context.left_out(BEAM_MODEL, BEAM, &fault)),
     }
+    let mut fewer: Option<FewerParticles> = None;
     for particles in PARTICLES {
-        methods.extend(map.monte_carlo(&field, particles)?);
+        let Some(method) = map.monte_carlo(&field, particles)? else {
+            break;
+        };
+        let name = method.name.clone();
+        methods.push(Method {
+            fewer_particles: fewer.map(|fewer| FewerParticles {
+                more: particles,
+                ..fewer
+            }),
+            ..method
+        });
+        fewer = Some(FewerParticles {
+            name,
+            fewer: particles,
+            more: particles,
+        });
     }
     Ok(methods)
 }

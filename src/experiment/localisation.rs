@@ -2,7 +2,9 @@
 
 pub use super::localise_config::LocaliseConfig;
 
-pub use super::{convergence::REPORTED_AT_M, paired_trials::PairedTest};
+pub use super::{
+    convergence::REPORTED_AT_M, more_particles::MoreParticles, paired_trials::PairedTest,
+};
 
 pub use super::localisation_record::{
     HeldOut, LeftOut, MethodResult, Record, Timing, TrialSummary,
@@ -19,7 +21,7 @@ use super::{
     lost_tuning::tuned_lost,
     method::{AnswersBy, Method},
     methods::MethodContext,
-    paired_trials::{FiguresOfTrials, paired_tests},
+    paired_trials::TrialFigures,
     parts::Parts,
     protocol_record::ProtocolRecord,
     recall::recalled,
@@ -37,7 +39,7 @@ use crate::{
     model::{Model, ModelBank},
     score::ClusteredMean,
 };
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Plays all trials with the [default line-up](line_up) of these models. All of them must have learned from the same
 /// snapshots; `parts` are those of the first. `progress` is called with each method that plays.
@@ -121,7 +123,7 @@ pub fn play(
     }
     let all = methods.len();
     let (mut results, mut left_out) = (Vec::new(), Vec::new());
-    let (mut figures, mut timing) = (Vec::new(), Timing::default());
+    let (mut smaller, mut timing) = (BTreeMap::new(), Timing::default());
     let mut watch = context.keeps_beliefs.then(|| Watch::new(context, &trials));
     for (done, method) in methods.into_iter().enumerate() {
         progress(Progress {
@@ -130,10 +132,11 @@ pub fn play(
             next: &method.title,
         });
         let (name, title) = (method.name.clone(), method.title.clone());
+        if let Some(fewer) = method.fewer_particles.clone() {
+            smaller.insert(name.clone(), fewer);
+        }
         match played(context, method, &trials, watch.as_mut()) {
             Ok(played) => {
-                let (answers, spacing_m) = (&played.answers, context.config.spacing_m);
-                figures.push(FiguresOfTrials::new(&name, &trials, answers, spacing_m));
                 timing.note(&name, played.step);
                 results.push(played.result);
             }
@@ -149,8 +152,9 @@ pub fn play(
         return Err(Error::work(fault.clone()).context(name));
     }
     let stretches = trials.iter().map(|trial| trial.stretch);
-    Ok(Record {
+    let mut record = Record {
         trials: trials.len(),
+        trial_units: trials.iter().map(|trial| trial.unit).collect(),
         stretches: stretches.collect::<BTreeSet<_>>().len(),
         protocol: ProtocolRecord::of_trials(context, &trials),
         cells: context.grid.len(),
@@ -162,18 +166,29 @@ pub fn play(
         noise: parts.run.columns().noise.clone(),
         priors: context.priors.clone(),
         results,
-        paired_tests: paired_tests(&figures, &trials, context.config.resamples, context.seed()),
+        paired_tests: Vec::new(),
+        more_particles: Vec::new(),
         timing,
         left_out,
         beliefs: watch.map(Watch::finished),
-    })
+    };
+    let (resamples, seed) = (context.config.resamples, context.seed());
+    record.compare_methods(resamples, seed);
+    let checks = smaller.iter().filter_map(|(name, fewer)| {
+        let figures = |name: &str| {
+            let result = record.results.iter().find(|result| result.name == name)?;
+            Some((&*result.name, &result.by_trial))
+        };
+        let pair = [figures(&fewer.name)?, figures(name)?];
+        MoreParticles::of(fewer, &pair, &record.trial_units, resamples, seed)
+    });
+    record.more_particles = checks.collect();
+    Ok(record)
 }
 
 /// What came of one method.
 struct Played {
     result: MethodResult,
-    /// In the trials that start anywhere.
-    answers: Vec<Answers>,
     /// How long a step took.
     step: Option<StepTime>,
 }
@@ -239,6 +254,7 @@ fn played(
         tracked_error_m_ci95: tracked.and_then(|row| row.ci95_m),
         tracked_point_error_m: tracked.map(|row| row.point_error_m),
         tracked_point_error_m_ci95: tracked.and_then(|row| row.point_ci95_m),
+        by_trial: TrialFigures::new(trials, &anywhere, context.config.spacing_m),
         name: method.name,
         title: method.title,
         bandwidth: method.bandwidth,
@@ -254,11 +270,7 @@ fn played(
         global,
         tracking,
     };
-    Ok(Played {
-        result,
-        answers: anywhere,
-        step,
-    })
+    Ok(Played { result, step })
 }
 
 /// A pose as a robot holds it: three numbers in single precision; along a route one.

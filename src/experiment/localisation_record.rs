@@ -7,7 +7,8 @@ use super::{
     correction::Correction,
     end_success::SuccessAtEnd,
     kidnapping::Kidnapped,
-    paired_trials::PairedTest,
+    more_particles::MoreParticles,
+    paired_trials::{PairedTest, TrialFigures, paired_tests},
     protocol_record::ProtocolRecord,
     region_coverage::Coverage,
     repeats::Repeats,
@@ -19,6 +20,7 @@ use crate::{
     learning::error_reduction::ErrorReduction,
     recording::{degraded::Degradation, injected_noise::InjectedNoise},
     score::FEW,
+    seed::Seed,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -143,6 +145,9 @@ pub struct MethodResult {
     pub tracking: TrialSummary,
     /// One snapshot's error reduction on the unseen part, one a prior.
     pub held_out: Vec<HeldOut>,
+    /// What paired tests compare, trial by trial.
+    #[serde(default)]
+    pub by_trial: TrialFigures,
 }
 
 impl MethodResult {
@@ -206,6 +211,12 @@ pub struct Record {
     /// Every other method against the first.
     #[serde(default)]
     pub paired_tests: Vec<PairedTest>,
+    /// Run or stretch of each trial, by any number: what trials have in common.
+    #[serde(default)]
+    pub trial_units: Vec<usize>,
+    /// Whoever played with more particles, too: whether that changes its figures.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub more_particles: Vec<MoreParticles>,
     /// What the methods believed along a few trials, where that was to be kept. In a file of its own, as it is long.
     #[serde(skip)]
     pub beliefs: Option<BeliefTraces>,
@@ -217,6 +228,22 @@ pub struct Record {
 }
 
 impl Record {
+    /// Tests every other method against the first, by what their results hold trial by trial; no test where one holds none, as in
+    /// records of earlier versions.
+    pub(super) fn compare_methods(&mut self, resamples: usize, seed: Seed) {
+        let trials = self.trial_units.len();
+        let whole = |result: &MethodResult| result.by_trial.found.len() == trials;
+        let methods: Vec<(&str, &TrialFigures)> = self
+            .results
+            .iter()
+            .map(|result| (&*result.name, &result.by_trial))
+            .collect();
+        self.paired_tests = match self.results.iter().all(whole) {
+            true => paired_tests(&methods, &self.trial_units, resamples, seed),
+            false => Vec::new(),
+        };
+    }
+
     /// Keeps the methods of some names only.
     pub fn retain(&mut self, is_kept: impl Fn(&str) -> bool) {
         self.results.retain(|result| is_kept(&result.name));

@@ -13,6 +13,9 @@ use std::path::{Path, PathBuf};
 /// The seed where nobody names one.
 const FIRST_SEED: u64 = 1;
 
+/// Most times as many particles.
+const MOST_TIMES: usize = 1000;
+
 /// How trials are played.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -56,6 +59,9 @@ pub struct LocaliseConfig {
     /// else nobody.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub people: Option<f64>,
+    /// Systems of a comparison that say how many particles they have (`particles`) play once more with so many times as many, and the table says
+    /// whether that changes their figures. 0: they don't. `ballmark localise` plays 5,000 and 40,000 of its own and says so always.
+    pub more_particles: usize,
     /// Every filter plays trials once more and is carried to another place without a word after this many metres from its start.
     /// Not said: nobody is.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -85,6 +91,7 @@ impl Default for LocaliseConfig {
             resamples: 1000,
             map: PathBuf::new(),
             people: None,
+            more_particles: 0,
             kidnap_m: None,
             restart: None,
         }
@@ -150,6 +157,12 @@ impl LocaliseConfig {
         }
         if !(0.0..=1.0).contains(&self.people()) {
             return wrong("people", "the share of beams that they hide, 0 to 1");
+        }
+        if self.more_particles == 1 || self.more_particles > MOST_TIMES {
+            return wrong(
+                "more_particles",
+                "0 for no more, or 2 to 1000 times as many",
+            );
         }
         if self.kidnap_m.is_some_and(|m| !positive(m)) {
             return wrong("kidnap_m", "metres above 0");

@@ -1,7 +1,8 @@
 //! Whoever can be asked in localisation trials where the robot is, as a value.
 
 use super::{
-    kept_evidence::SingleSnapshots, recorded_answers::RecordedAnswers, stopwatch::ready_ms,
+    kept_evidence::SingleSnapshots, more_particles::FewerParticles,
+    recorded_answers::RecordedAnswers, stopwatch::ready_ms,
 };
 use crate::{
     belief::OdometryMotion,
@@ -48,6 +49,8 @@ pub struct Method<'a> {
     pub single_snapshots: Option<Arc<SingleSnapshots>>,
     /// The map that it works from, where that is an occupancy map.
     pub plan: Option<Arc<OccupancyMap>>,
+    /// The same method with fewer particles, where that plays beside it.
+    pub fewer_particles: Option<FewerParticles>,
     /// Who answers.
     pub answers: AnswersBy<'a>,
 }
@@ -134,6 +137,7 @@ pub(super) fn method<'a>(
         held_out: Vec::new(),
         single_snapshots: None,
         plan: None,
+        fewer_particles: None,
         answers,
     }
 }

@@ -33,6 +33,7 @@ mod maps;
 pub mod method;
 mod method_localiser;
 pub mod methods;
+pub mod more_particles;
 pub mod over_seeds;
 pub mod paired_trials;
 pub mod parts;

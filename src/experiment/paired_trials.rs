@@ -105,33 +105,32 @@ impl PairedTest {
     }
 }
 
-/// What is compared of a method.
-pub(super) struct FiguresOfTrials {
-    /// The method's name.
-    name: String,
-    /// Point error after 10 m, one a trial; none where it isn't so long.
-    error_m: Vec<Option<f64>>,
-    /// 1 where the trial converged, else 0.
-    found: Vec<Option<f64>>,
+/// What is compared of a method: a value a trial that starts anywhere.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct TrialFigures {
+    /// Point error after 10 m, in metres; null where the trial isn't so long.
+    pub error_m: Vec<Option<f64>>,
+    /// Did it converge?
+    pub found: Vec<bool>,
     /// Metres until it converged, or to its end.
-    distance_m: Vec<Option<f64>>,
+    pub distance_m: Vec<Option<f64>>,
 }
 
-impl FiguresOfTrials {
+impl TrialFigures {
     /// Of what a method answered from a start anywhere.
-    pub(super) fn new(name: &str, trials: &[Trial], answers: &[Answers], spacing_m: f64) -> Self {
+    pub(super) fn new(trials: &[Trial], answers: &[Answers], spacing_m: f64) -> Self {
         // The first row of the error curve that goes so far.
         let at_m = ((REPORTED_AT_M - 1e-9) / spacing_m).ceil() * spacing_m;
         let both = || trials.iter().zip(answers);
         let error_m = |(trial, answers): (&Trial, &Answers)| {
             Some(answers.point_error_m[latest_at(trial, at_m, spacing_m)?])
         };
-        let found = |(trial, answers)| Some(f64::from(converged_at_m(trial, answers).is_some()));
+        let found = |(trial, answers)| converged_at_m(trial, answers).is_some();
         let distance_m = |(trial, answers): (&Trial, &Answers)| {
             converged_at_m(trial, answers).or(trial.travelled_m.last().copied())
         };
         Self {
-            name: name.into(),
             distance_m: both().map(distance_m).collect(),
             error_m: both().map(error_m).collect(),
             found: both().map(found).collect(),
@@ -139,18 +138,20 @@ impl FiguresOfTrials {
     }
 }
 
-/// Every other method against the first.
+/// Every other method against the first, each by its name; `unit_of[k]` is the run or stretch of the k-th trial.
 pub(super) fn paired_tests(
-    methods: &[FiguresOfTrials],
-    trials: &[Trial],
+    methods: &[(&str, &TrialFigures)],
+    unit_of: &[usize],
     resamples: usize,
     seed: Seed,
 ) -> Vec<PairedTest> {
-    let Some((first, others)) = methods.split_first() else {
+    let Some(((against, first), others)) = methods.split_first() else {
         return Vec::new();
     };
-    let tested = |figure: fn(&FiguresOfTrials) -> &[Option<f64>]| {
-        let of = |other| Difference::of(trials, figure(other), figure(first), resamples, seed);
+    let tested = |figure: fn(&TrialFigures) -> Vec<Option<f64>>| {
+        let of = |(_, other): &(&str, &TrialFigures)| {
+            Difference::of(unit_of, &figure(other), &figure(first), resamples, seed)
+        };
         let mut family: Vec<Difference> = others.iter().map(of).collect();
         let p: Vec<Option<f64>> = family.iter().map(|difference| difference.p).collect();
         let tests = p.iter().flatten().count() as f64;
@@ -160,14 +161,17 @@ pub(super) fn paired_tests(
         }
         family
     };
-    let error = tested(|method| &method.error_m);
-    let found = tested(|method| &method.found);
-    let distance = tested(|method| &method.distance_m);
+    let error = tested(|figures| figures.error_m.clone());
+    let found = tested(|figures| {
+        let found = figures.found.iter();
+        found.map(|found| Some(f64::from(*found))).collect()
+    });
+    let distance = tested(|figures| figures.distance_m.clone());
     let all = others.iter().zip(error).zip(found).zip(distance);
-    let tests = all.map(|(((other, error), found), distance)| PairedTest {
-        name: other.name.clone(),
-        against: first.name.clone(),
-        trials: trials.len(),
+    let tests = all.map(|((((name, _), error), found), distance)| PairedTest {
+        name: (*name).into(),
+        against: (*against).into(),
+        trials: unit_of.len(),
         units: found.mean.map_or(0, |mean| mean.units),
         error_difference_m: error.mean.map(|mean| mean.mean),
         error_difference_m_ci95: error.mean.and_then(|mean| mean.ci95),
@@ -205,15 +209,15 @@ struct Difference {
 
 impl Difference {
     fn of(
-        trials: &[Trial],
+        unit_of: &[usize],
         other: &[Option<f64>],
         first: &[Option<f64>],
         resamples: usize,
         seed: Seed,
     ) -> Self {
-        let both = trials.iter().zip(other.iter().zip(first));
+        let both = unit_of.iter().zip(other.iter().zip(first));
         let differences: Vec<(usize, f64)> = both
-            .filter_map(|(trial, (other, first))| Some((trial.unit, (*other)? - (*first)?)))
+            .filter_map(|(unit, (other, first))| Some((*unit, (*other)? - (*first)?)))
             .collect();
         let mean = ClusteredMean::of(&differences, resamples, seed);
         let mut units: BTreeMap<usize, f64> = BTreeMap::new();
@@ -275,25 +279,31 @@ mod tests {
         (0..2 * units).map(of).collect()
     }
 
+    fn tested(methods: &[TrialFigures], trials: &[Trial]) -> Vec<PairedTest> {
+        let named: Vec<(&str, &TrialFigures)> = ["a", "b", "c"].into_iter().zip(methods).collect();
+        let unit_of: Vec<usize> = trials.iter().map(|trial| trial.unit).collect();
+        paired_tests(&named, &unit_of, 200, Seed(1))
+    }
+
     /// Always so far off; sure or never.
-    fn method(name: &str, trials: &[Trial], point_m: f64, expected_m: f64) -> FiguresOfTrials {
+    fn method(trials: &[Trial], point_m: f64, expected_m: f64) -> TrialFigures {
         let answers = Answers {
             expected_error_m: vec![expected_m; 25],
             point_error_m: vec![point_m; 25],
             ..Answers::default()
         };
-        FiguresOfTrials::new(name, trials, &vec![answers; trials.len()], 0.5)
+        TrialFigures::new(trials, &vec![answers; trials.len()], 0.5)
     }
 
     #[test]
     fn every_other_is_tested_against_the_first_and_corrected() {
         let trials = trials(6);
         let all = [
-            method("a", &trials, 0.5, 0.1),
-            method("b", &trials, 0.75, 0.1),
-            method("c", &trials, 0.5, 9.0),
+            method(&trials, 0.5, 0.1),
+            method(&trials, 0.75, 0.1),
+            method(&trials, 0.5, 9.0),
         ];
-        let tests = paired_tests(&all, &trials, 200, Seed(1));
+        let tests = tested(&all, &trials);
         assert_eq!(tests.len(), 2);
         let [b, c] = [&tests[0], &tests[1]];
         assert_eq!((&*b.name, &*b.against), ("b", "a"));
@@ -328,11 +338,8 @@ mod tests {
         let mut one_unit = trials(6);
         one_unit.iter_mut().for_each(|trial| trial.unit = 0);
         for trials in [trials(4), one_unit] {
-            let all = [
-                method("a", &trials, 0.5, 0.1),
-                method("b", &trials, 1.0, 0.1),
-            ];
-            let tests = paired_tests(&all, &trials, 200, Seed(1));
+            let all = [method(&trials, 0.5, 0.1), method(&trials, 1.0, 0.1)];
+            let tests = tested(&all, &trials);
             assert_eq!(tests[0].error_difference_m, Some(0.5));
             assert_eq!(
                 (tests[0].p, tests[0].p_holm, tests[0].p_found),
@@ -343,40 +350,40 @@ mod tests {
         short
             .iter_mut()
             .for_each(|trial| trial.travelled_m.truncate(15)); // 7 m
-        let all = [method("a", &short, 0.5, 0.1), method("b", &short, 1.0, 0.1)];
-        let tests = paired_tests(&all, &short, 200, Seed(1));
+        let all = [method(&short, 0.5, 0.1), method(&short, 1.0, 0.1)];
+        let tests = tested(&all, &short);
         assert_eq!((tests[0].error_difference_m, tests[0].p), (None, None));
         assert_eq!(tests[0].found_difference, Some(0.0));
-        assert!(paired_tests(&[], &short, 200, Seed(1)).is_empty());
+        assert!(tested(&[], &short).is_empty());
     }
 
     /// Of two tests over six stretches no corrected p is below 2 · 2/64 = .0625; over seven it can be 2 · 2/128 = .03125.
     #[test]
     fn too_few_stretches_for_a_small_p_are_noted() {
-        let tested = |units: usize, long: usize| {
+        let of_stretches = |units: usize, long: usize| {
             let mut trials = trials(units);
             let short = trials.iter_mut().skip(2 * long);
             short.for_each(|trial| trial.travelled_m.truncate(15)); // 7 m
-            let all = ["a", "b", "c"].map(|name| method(name, &trials, 0.5, 0.1));
-            paired_tests(&all, &trials, 200, Seed(1)).remove(0)
+            let all = [0.5; 3].map(|point_m| method(&trials, point_m, 0.1));
+            tested(&all, &trials).remove(0)
         };
-        let six = tested(6, 6);
+        let six = of_stretches(6, 6);
         assert_eq!(six.least_p_found_holm, Some(0.0625));
         assert!(six.is_too_few());
         let note = "too few runs or stretches for any corrected p below 0.05";
         assert_eq!(six.note.as_deref(), Some(note));
-        let seven = tested(7, 7);
+        let seven = of_stretches(7, 7);
         let least = (seven.least_p_holm, seven.least_p_found_holm);
         assert_eq!(least, (Some(0.03125), Some(0.03125)));
         assert!(seven.note.is_none() && !seven.is_too_few());
         // Trials of 10 m in six of seven stretches alone.
-        let mixed = tested(7, 6);
+        let mixed = of_stretches(7, 6);
         let least = (mixed.least_p_holm, mixed.least_p_found_holm);
         assert_eq!(least, (Some(0.0625), Some(0.03125)));
         let note = "too few runs or stretches for a corrected p of error_difference_m below 0.05";
         assert_eq!(mixed.note.as_deref(), Some(note));
         // Too few for any p.
-        let four = tested(2, 2);
+        let four = of_stretches(2, 2);
         assert_eq!((four.p_found, four.least_p_found_holm), (None, None));
         assert!(four.note.is_some());
         assert_eq!(least_p(15), 1.0 / 10_001.0);

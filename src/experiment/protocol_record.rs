@@ -1,10 +1,16 @@
 //! What two records must share to stand in one table: the same data, parts, trials, bins and starts. Not how anybody learned.
 
 use super::{methods::MethodContext, protocol::Protocol, trials::Trial};
-use crate::recording::Recording;
+use crate::{
+    recording::Recording,
+    score::{
+        Responses,
+        trajectory::{EvaluationOptions, Trajectory},
+    },
+};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Digits of a digest that are kept: 64 bits, as nobody forges them.
 const DIGITS: usize = 16;
@@ -21,7 +27,8 @@ const DIGITS: usize = 16;
 pub struct ProtocolRecord {
     /// Of all the others together.
     pub hash: String,
-    /// One a field: `data`, `sensor`, `mapping`, `testing`, `truth`, `disturbance`, and of localisation trials `trials`, `bins`, `starts`.
+    /// One a field: `data`, `sensor`, `mapping`, `testing`, `truth`, `disturbance`, and of localisation trials `trials`, `bins`, `starts`; of
+    /// responses `truth`, `trials`, `distances`, and of trajectories `truth`, `rules`.
     #[serde(flatten)]
     pub fields: BTreeMap<String, String>,
 }
@@ -96,6 +103,47 @@ impl ProtocolRecord {
             ("bins", bins.end()),
             ("starts", starts.end()),
         ])
+    }
+
+    /// Of responses that somebody gave: the locations, trials and distances of all rows, whatever was answered there.
+    pub fn of_responses(responses: &Responses) -> Self {
+        // Which rows share a location, whatever it is called.
+        let mut truth = Fingerprint::default();
+        let mut numbers: HashMap<&str, usize> = HashMap::new();
+        for label in responses.location() {
+            let next = numbers.len();
+            truth.whole(*numbers.entry(label).or_insert(next));
+        }
+        let mut trials = Fingerprint::default();
+        (responses.trial().unwrap_or_default().iter()).for_each(|&trial| trials.whole(trial));
+        let mut distances = Fingerprint::default();
+        (responses.distance_m().unwrap_or_default().iter()).for_each(|&m| distances.number(m));
+        Self::new([
+            ("truth", truth.end()),
+            ("trials", trials.end()),
+            ("distances", distances.end()),
+        ])
+    }
+
+    /// Of a trajectory that others are held against: its poses with their time stamps, and by which rules poses are paired, aligned and
+    /// measured.
+    pub fn of_reference(reference: &Trajectory, options: &EvaluationOptions) -> Self {
+        let mut truth = Fingerprint::default();
+        (reference.stamps().unwrap_or_default().iter()).for_each(|&stamp_s| truth.number(stamp_s));
+        for pose in reference.poses() {
+            let numbers = pose.position_m.iter().chain(pose.rotation.iter());
+            numbers.for_each(|&number| truth.number(number));
+        }
+        let mut rules = Fingerprint::default();
+        let EvaluationOptions {
+            matching,
+            alignment,
+            in_plane,
+            delta,
+            ..
+        } = options;
+        rules.text(&format!("{matching:?} {alignment:?} {in_plane} {delta:?}"));
+        Self::new([("truth", truth.end()), ("rules", rules.end())])
     }
 
     /// The first field, in the order of what decides most, that another record has otherwise; none where they agree.

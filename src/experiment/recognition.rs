@@ -9,7 +9,7 @@ use crate::{
     error::{Error, Result},
     recogniser::{Kind, ReadyToMatch, Recogniser, RecogniserConfig},
     recording::Observation,
-    score::{Binning, Contingency, Effort, Judgement},
+    score::{AnswerCount, Binning, Contingency, Effort, Judgement},
     seed::Seed,
 };
 use serde::{Deserialize, Serialize};
@@ -128,6 +128,9 @@ pub struct RecognitionRecord {
     pub matches: usize,
     /// Its answers, judged.
     pub judgement: Judgement,
+    /// Themselves: how often each class was answered at each bin, `none` where it didn't answer.
+    #[serde(default)]
+    pub answers: Vec<AnswerCount>,
 }
 
 /// A recogniser that was judged, as it was then.
@@ -209,7 +212,7 @@ pub fn recognise(
             tuned(protocol, config, (wanted, tolerance), seed, progress)?
         }
     };
-    let mut table = Contingency::new();
+    let (mut table, mut points) = (Contingency::new(), Vec::new());
     for (&k, class) in protocol.testing.iter().zip(&answers.classes) {
         let location = binning.bin_of(protocol.place[k]).ok_or_else(|| {
             Error::work(format!(
@@ -217,7 +220,12 @@ pub fn recognise(
             ))
         })?;
         table.record(location, *class);
+        points.push((location, *class));
     }
+    let counted = AnswerCount::all(points.into_iter().map(|(location, class)| {
+        let class = class.map_or("none".to_string(), |class| class.to_string());
+        (location, class)
+    }));
     let unit_of: Vec<usize> = protocol.testing.iter().map(|&k| protocol.unit[k]).collect();
     let effort = Effort {
         permutations: recognition.permutations,
@@ -240,6 +248,7 @@ pub fn recognise(
             bytes_per_place: recogniser.bytes_per_place(),
             matches: recogniser.matches(),
             judgement: Judgement::of(&table, &unit_of, effort, seed),
+            answers: counted,
         },
         config,
         recogniser,

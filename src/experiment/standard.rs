@@ -18,14 +18,14 @@ use crate::{
     error::{Error, Result},
     localiser::{Estimate, Localiser, Probable, Step, TrialRunner},
     score::{
-        Binning, Contingency, Effort, Entropies, Interval, Judgement, PosteriorScore,
+        AnswerCount, Binning, Contingency, Effort, Entropies, Interval, Judgement, PosteriorScore,
         corrected_coefficient,
     },
     seed::Seed,
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::HashSet;
+use std::{collections::HashSet, fmt};
 
 /// What the answers tell at one distance into the trials.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -85,6 +85,9 @@ pub struct StandardRecord {
     pub mean_posterior_coefficient: Option<f64>,
     /// The last table.
     pub at_end: Judgement,
+    /// Its cells: how often each answer was given at each bin.
+    #[serde(default)]
+    pub answers_at_end: Vec<AnswerCount>,
     /// 95 % interval of the mean corrected coefficient, over units.
     pub ci95_of_mean: Option<[f64; 2]>,
     /// What a caption must say of it.
@@ -102,6 +105,16 @@ enum Answer {
     /// was classified as being `outside` the environment" (7.1).
     Outside,
     None,
+}
+
+impl fmt::Display for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Class(number) | Self::Bin(number) => write!(f, "{number}"),
+            Self::Outside => write!(f, "outside"),
+            Self::None => write!(f, "none"),
+        }
+    }
 }
 
 /// What is counted of one snapshot of a trial.
@@ -244,6 +257,9 @@ pub fn play(
         distance_from_coefficient_on_m: (from < tables.len()).then(|| config.distance_m(from)),
         mean_posterior_coefficient: soft.filter(|_| has_posterior),
         at_end: Judgement::of(&tables[tables.len() - 1], &unit_of, effort, seed),
+        answers_at_end: AnswerCount::all(
+            at(tables.len() - 1).map(|scored| (scored.location, scored.answer.to_string())),
+        ),
         ci95_of_mean: of_mean.map(|interval| [interval.low, interval.high]),
         by_distance,
         notes,

@@ -83,7 +83,13 @@ pub(super) fn picture(
     }();
     drawn.map_err(|e| Error::work(format!("cannot draw `{title}`: {e}")))?;
     let fine = format!("width=\"{}\" height=\"{}\"", px(WIDTH), px(height));
-    Ok(svg.replacen(&fine, &format!("width=\"{WIDTH}\" height=\"{height}\""), 1))
+    let svg = svg.replacen(&fine, &format!("width=\"{WIDTH}\" height=\"{height}\""), 1);
+    Ok(svg.replace(is_no_xml, "\u{fffd}"))
+}
+
+/// Names from files may hold characters that no XML may, not even escaped (XML 1.0, 2.2).
+fn is_no_xml(c: char) -> bool {
+    (c.is_control() && !['\t', '\n', '\r'].contains(&c)) || ['\u{fffe}', '\u{ffff}'].contains(&c)
 }
 
 /// At most that many characters, the rest replaced by an ellipsis.

@@ -1,7 +1,10 @@
 //! Responses against locations as a heat map (Duckett & Nehmzow 1998, Fig. 3).
 
 use super::canvas::{GRID, WIDTH, at, font, picture, px, shortened};
-use crate::{error::Result, score::Responses};
+use crate::{
+    error::Result,
+    score::{AnswerCount, Responses},
+};
 use plotters::{
     prelude::*,
     style::{
@@ -34,13 +37,36 @@ const BELOW: u32 = 110;
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 pub fn contingency_plot(title: &str, responses: &Responses) -> Result<String> {
-    let (locations, answers) = (labels(responses.location()), labels(responses.response()));
+    let rows = responses.location().iter().zip(responses.response());
+    plot(title, rows.map(|(at, response)| (&**at, &**response, 1)))
+}
+
+/// The same of answers that are counted already.
+///
+/// # Errors
+/// Where drawing fails.
+pub fn answers_plot(title: &str, answers: &[AnswerCount]) -> Result<String> {
+    let named: Vec<(String, &AnswerCount)> = answers
+        .iter()
+        .map(|answer| (answer.location.to_string(), answer))
+        .collect();
+    let cells = named.iter();
+    plot(
+        title,
+        cells.map(|(at, answer)| (&**at, &*answer.response, answer.count)),
+    )
+}
+
+fn plot<'a>(title: &str, cells: impl Iterator<Item = (&'a str, &'a str, u64)>) -> Result<String> {
     let mut counts: BTreeMap<(&str, &str), u64> = BTreeMap::new();
+    let mut of_location: BTreeMap<&str, u64> = BTreeMap::new();
     let mut of_response: BTreeMap<&str, u64> = BTreeMap::new();
-    for (location, response) in responses.location().iter().zip(responses.response()) {
-        *counts.entry((location, response)).or_default() += 1;
-        *of_response.entry(response).or_default() += 1;
+    for (location, response, count) in cells {
+        *counts.entry((location, response)).or_default() += count;
+        *of_location.entry(location).or_default() += count;
+        *of_response.entry(response).or_default() += count;
     }
+    let (locations, answers) = (labels(&of_location), labels(&of_response));
     let (rows, columns) = (locations.len().max(1) as u32, answers.len().max(1) as u32);
     let edge = ((WIDTH - LEFT - 30) / columns)
         .min(700 / rows)
@@ -59,19 +85,24 @@ pub fn contingency_plot(title: &str, responses: &Responses) -> Result<String> {
                 let left = LEFT + column as u32 * edge;
                 let count = counts.get(&(*location, *response)).copied().unwrap_or(0);
                 let all = of_response.get(response).copied().unwrap_or(0).max(1);
-                let cell = [(at(left), at(top)), (at(left + edge), at(top + edge))];
                 if count > 0 {
                     let share = count as f64 / all as f64;
                     canvas.draw(&Rectangle::new(
-                        cell,
+                        [(at(left), at(top)), (at(left + edge), at(top + edge))],
                         SHADE.mix(0.08 + 0.92 * share).filled(),
                     ))?;
                 }
-                canvas.draw(&Rectangle::new(
-                    cell,
-                    ShapeStyle::from(&GRID).stroke_width(px(1)),
-                ))?;
             }
+        }
+        // A line between any two, as a frame a cell makes a large picture of a large table.
+        let (right, bottom) = (LEFT + columns * edge, rows * edge);
+        let across = (0..=rows).map(|row| [(LEFT, row * edge), (right, row * edge)]);
+        let down = (0..=columns).map(|column| LEFT + column * edge);
+        for ends in across.chain(down.map(|x| [(x, 0), (x, bottom)])) {
+            canvas.draw(&PathElement::new(
+                ends.map(|(x, y)| (at(x), at(y))),
+                ShapeStyle::from(&GRID).stroke_width(px(1)),
+            ))?;
         }
         for (column, response) in answers.iter().enumerate() {
             if (column as u32).is_multiple_of(each_column) {
@@ -95,11 +126,8 @@ pub fn contingency_plot(title: &str, responses: &Responses) -> Result<String> {
 }
 
 /// The labels that come most often, numbers by their size before words by their letters.
-fn labels(all: &[String]) -> Vec<&str> {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    all.iter()
-        .for_each(|label| *counts.entry(label).or_default() += 1);
-    let mut often: Vec<(&str, usize)> = counts.into_iter().collect();
+fn labels<'a>(counts: &BTreeMap<&'a str, u64>) -> Vec<&'a str> {
+    let mut often: Vec<(&str, u64)> = counts.iter().map(|(label, n)| (*label, *n)).collect();
     often.sort_by_key(|(_, count)| std::cmp::Reverse(*count)); // stable: ties by their letters
     often.truncate(MOST_LABELS);
     let mut labels: Vec<&str> = often.into_iter().map(|(label, _)| label).collect();
@@ -114,13 +142,24 @@ mod tests {
 
     #[test]
     fn numbers_stand_in_order_and_rare_labels_are_left_out() {
-        let all: Vec<String> = ["10", "9", "b", "a"].map(String::from).to_vec();
-        assert_eq!(labels(&all), ["9", "10", "a", "b"]);
-        let mut many: Vec<String> = (0..100).map(|n| n.to_string()).collect();
-        many.extend(many[90..].to_vec());
-        let kept = labels(&many);
+        let all = ["10", "9", "b", "a"].map(|label| (label, 1));
+        assert_eq!(labels(&all.into()), ["9", "10", "a", "b"]);
+        let names: Vec<String> = (0..100).map(|n| n.to_string()).collect();
+        let many = names.iter().enumerate();
+        let many = many.map(|(k, name)| (name.as_str(), 1 + u64::from(k >= 90)));
+        let kept = labels(&many.collect());
         assert_eq!(kept.len(), MOST_LABELS);
         assert!(kept.contains(&"99") && kept.contains(&"0") && !kept.contains(&"89"));
+    }
+
+    /// A label may hold anything; XML may not.
+    #[test]
+    fn control_characters_are_replaced() {
+        let csv = "location,response\na\u{0}b,1\nb,\u{12}<&>\n";
+        let responses = Responses::from_reader("r.csv", csv.as_bytes()).unwrap();
+        let svg = contingency_plot("t\u{1}", &responses).unwrap();
+        assert!(svg.contains("a\u{fffd}b") && svg.contains("&lt;"), "{svg}");
+        assert!(!svg.chars().any(|c| c.is_control() && c != '\n'));
     }
 
     /// Response 1 twice at a and once at b, 2 once at b: shares 2/3, 1/3 and 1.

@@ -7,6 +7,7 @@ mod correction;
 mod found_plot;
 mod json;
 mod kidnapping;
+mod more_particles;
 mod on_page;
 mod repeats;
 mod risk_plot;
@@ -18,6 +19,7 @@ pub use correction::{correction, correction_figures};
 pub use found_plot::found_plot;
 pub use json::json;
 pub use kidnapping::{kidnapping, kidnapping_figures};
+pub use more_particles::more_particles;
 pub use on_page::{intervals, page_parts, page_summary};
 pub use risk_plot::risk_coverage_plot;
 pub use trial_figures::{paired, risk_coverage};
@@ -59,7 +61,10 @@ pub fn table(record: &Record) -> Table {
         table.caption(line);
     }
     caption_marks(&mut table, is_marked);
-    for line in repeats::captions(record) {
+    for line in repeats::captions(record)
+        .into_iter()
+        .chain(more_particles(record))
+    {
         table.caption(line);
     }
     if let Some(line) = best_rival::in_words(record) {

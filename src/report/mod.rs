@@ -24,7 +24,7 @@ pub mod thrun1998;
 mod trajectory;
 mod verdict;
 
-pub use contingency::contingency_plot;
+pub use contingency::{answers_plot, contingency_plot};
 pub use page::{Page, Part, page, player};
 pub use plan::{Plan, PlanLine, plan_plot};
 pub use plot::{Curve, Panel, Trace, category_plot, framed_plot, line_plot, stacked_plot};

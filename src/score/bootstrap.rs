@@ -2,7 +2,7 @@
 
 use super::{
     contingency::{ByLocation, Contingency, Ordinals, ordinal},
-    correction::corrected_coefficient,
+    correction::{Drawn, corrected_coefficient},
 };
 use crate::seed::Seed;
 use rand::RngExt;
@@ -61,37 +61,63 @@ impl Interval {
         resamples: u64,
         seed: Seed,
     ) -> Option<Self> {
+        Self::watched(tables, unit_of, resamples, seed, &|| ())
+    }
+
+    /// As [`Interval::of_mean`]; `drawn` is called after each drawing, from any thread.
+    pub(super) fn watched<L: Eq + Hash, R: Eq + Hash>(
+        tables: &[Contingency<L, R>],
+        unit_of: &[usize],
+        resamples: u64,
+        seed: Seed,
+        drawn: Drawn<'_>,
+    ) -> Option<Self> {
         let (units, unit_of) = numbered_from_zero(unit_of);
         if units < 2 || tables.iter().any(|table| unit_of.len() != table.len()) {
             return None;
         }
         let points: Vec<ByLocation> = tables.iter().map(Contingency::by_location).collect();
         let coefficient = mean_coefficient(&points, |_| 1)?;
-        // How often which unit was drawn; few units are drawn alike again and again, and need be judged but once.
-        let mut drawings: BTreeMap<Vec<u64>, usize> = BTreeMap::new();
-        let drawn: Vec<Vec<u64>> = (0..resamples)
-            .into_par_iter()
-            .map(|resample| {
-                let mut stream = seed.numbered_stream("bootstrap resample", resample);
-                let mut times = vec![0; units];
-                for _ in 0..units {
-                    times[stream.random_range(0..units)] += 1;
-                }
-                times
-            })
-            .collect();
-        for times in drawn {
-            *drawings.entry(times).or_default() += 1;
-        }
-        let drawings: Vec<(Vec<u64>, usize)> = drawings.into_iter().collect();
-        let judged: Vec<Vec<f64>> = drawings
-            .into_par_iter()
-            .map(|(times, alike)| {
-                let resampled = mean_coefficient(&points, |k| times[unit_of[k]]);
-                resampled.map_or(Vec::new(), |resampled| vec![resampled; alike])
-            })
-            .collect();
-        let mut resampled = judged.concat();
+        // How often which unit was drawn.
+        let draw = |times: &mut Vec<u32>, resample| {
+            let mut stream = seed.numbered_stream("bootstrap resample", resample);
+            times.clear();
+            times.resize(units, 0);
+            for _ in 0..units {
+                times[stream.random_range(0..units)] += 1;
+            }
+        };
+        let judge = |times: &[u32]| mean_coefficient(&points, |k| u64::from(times[unit_of[k]]));
+        let resamples_of = (0..resamples).into_par_iter();
+        let judged: Vec<Option<f64>> = if units <= FEW_UNITS {
+            let drawings: Vec<Vec<u32>> = resamples_of
+                .map(|resample| {
+                    let mut times = Vec::new();
+                    draw(&mut times, resample);
+                    times
+                })
+                .collect();
+            let mut alike: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
+            for times in drawings {
+                *alike.entry(times).or_default() += 1;
+            }
+            let alike: Vec<(Vec<u32>, usize)> = alike.into_iter().collect();
+            let judged = alike.into_par_iter().map(|(times, alike)| {
+                let resampled = judge(&times);
+                (0..alike).for_each(|_| drawn());
+                vec![resampled; alike]
+            });
+            judged.collect::<Vec<_>>().concat()
+        } else {
+            let judged = resamples_of.map_init(Vec::new, |times, resample| {
+                draw(times, resample);
+                let resampled = judge(times);
+                drawn();
+                resampled
+            });
+            judged.collect()
+        };
+        let mut resampled: Vec<f64> = judged.into_iter().flatten().collect();
         if resampled.len() < 2 || 2 * (resampled.len() as u64) < resamples {
             return None;
         }
@@ -103,6 +129,9 @@ impl Interval {
         })
     }
 }
+
+/// So few units are drawn alike again and again, and such drawings are judged but once. Of more, no drawing is kept.
+const FEW_UNITS: usize = 12;
 
 /// Mean corrected coefficient of the tables that have one, where the k-th data point counts `weight(k)` times.
 fn mean_coefficient(points: &[ByLocation], weight: impl Fn(usize) -> u64) -> Option<f64> {

@@ -19,6 +19,9 @@ use rand::seq::SliceRandom;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
+/// What is called after each random table, from any thread.
+pub(super) type Drawn<'a> = &'a (dyn Fn() + Sync);
+
 /// Relative rounding that two sums of the same terms in another order may show.
 const ROUNDING: f64 = 1e-10;
 
@@ -68,6 +71,16 @@ pub fn corrected_coefficient(counts: &Counts) -> Option<f64> {
 /// The permutations are drawn from numbered streams of `seed`, so the result is the same for any number of threads and
 /// any order of rows.
 pub fn permutation_p(counts: &Counts, permutations: u64, seed: Seed) -> Option<f64> {
+    permutation_p_watched(counts, permutations, seed, &|| ())
+}
+
+/// As [`permutation_p`]; `drawn` is called after each permutation, from any thread.
+pub(super) fn permutation_p_watched(
+    counts: &Counts,
+    permutations: u64,
+    seed: Seed,
+    drawn: Drawn<'_>,
+) -> Option<f64> {
     if counts.locations().len() < 2 || permutations == 0 {
         return None;
     }
@@ -95,6 +108,7 @@ pub fn permutation_p(counts: &Counts, permutations: u64, seed: Seed) -> Option<f
                     }
                     rest = after;
                 }
+                drawn();
                 sum >= threshold
             },
         )

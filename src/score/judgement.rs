@@ -3,7 +3,7 @@
 use super::{
     bootstrap::Interval,
     contingency::Contingency,
-    correction::{corrected_coefficient, permutation_p},
+    correction::{Drawn, corrected_coefficient, permutation_p_watched},
     uncertainty::Entropies,
 };
 use crate::seed::Seed;
@@ -74,6 +74,17 @@ impl Judgement {
         effort: Effort,
         seed: Seed,
     ) -> Self {
+        Self::watched(table, unit_of, effort, seed, &|| ())
+    }
+
+    /// As [`Judgement::of`]; `drawn` is called after each random table, from any thread.
+    pub(super) fn watched<L: Eq + Hash, R: Eq + Hash>(
+        table: &Contingency<L, R>,
+        unit_of: &[usize],
+        effort: Effort,
+        seed: Seed,
+        drawn: Drawn<'_>,
+    ) -> Self {
         let counts = table.counts();
         let entropies = Entropies::of(&counts);
         Self {
@@ -84,9 +95,15 @@ impl Judgement {
             entropy_of_location_given_response: entropies.location_given_response(),
             uncertainty_coefficient: entropies.uncertainty_coefficient(),
             uncertainty_coefficient_corrected: corrected_coefficient(&counts),
-            permutation_p: permutation_p(&counts, effort.permutations, seed),
-            ci95: Interval::by_bootstrap(table, unit_of, effort.resamples, seed)
-                .map(|interval| [interval.low, interval.high]),
+            permutation_p: permutation_p_watched(&counts, effort.permutations, seed, drawn),
+            ci95: Interval::watched(
+                std::slice::from_ref(table),
+                unit_of,
+                effort.resamples,
+                seed,
+                drawn,
+            )
+            .map(|interval| [interval.low, interval.high]),
         }
     }
 }

@@ -12,6 +12,7 @@
 //! Who answers with poses is judged by [`trajectory`] (absolute and relative errors against a reference) and, where estimates
 //! before and after correction are known, by [`prediction_correction`].
 
+mod answer_count;
 mod auroc;
 mod binning;
 mod bootstrap;
@@ -30,6 +31,7 @@ pub mod trajectory;
 mod uncertainty;
 mod verdict;
 
+pub use answer_count::AnswerCount;
 pub use auroc::Auroc;
 pub use binning::Binning;
 pub use bootstrap::Interval;

@@ -7,6 +7,7 @@ use super::{
 };
 use crate::seed::Seed;
 use serde::Serialize;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What the responses of a file are worth, over all rows and at each distance; serialised, its fields are the JSON keys.
 ///
@@ -60,9 +61,29 @@ pub struct AtDistance {
 impl Verdict {
     /// Judges all rows, and those at each distance where the file has distances.
     pub fn new(responses: &Responses, effort: Effort, seed: Seed) -> Self {
+        Self::watched(responses, effort, seed, &|_, _| ())
+    }
+
+    /// As [`Verdict::new`]; `progress` is told, from any thread, how many random tables of how many were drawn, the tables at each
+    /// distance taken together as one.
+    pub fn watched(
+        responses: &Responses,
+        effort: Effort,
+        seed: Seed,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Self {
+        let rounds = 1 + usize::from(responses.distance_m().is_some());
+        let tables = rounds * (effort.permutations + effort.resamples) as usize;
+        let rows_drawn = AtomicUsize::new(0);
+        let drew = |rows: usize| {
+            let before = rows_drawn.fetch_add(rows, Ordering::Relaxed);
+            progress((before + rows) / responses.len().max(1), tables);
+        };
         let rows: Vec<usize> = (0..responses.len()).collect();
         let unit_of = responses.trial().unwrap_or(&rows);
-        let overall = Judgement::of(&responses.table(), unit_of, effort, seed);
+        let overall = Judgement::watched(&responses.table(), unit_of, effort, seed, &|| {
+            drew(rows.len());
+        });
         let by_distance = responses.distance_m().map(|distance_m| {
             let mut order = rows.clone();
             order.sort_by(|&a, &b| distance_m[a].total_cmp(&distance_m[b]));
@@ -72,7 +93,9 @@ impl Verdict {
                 let table = responses.table_of(rows.iter().copied());
                 AtDistance {
                     distance_m: distance_m[rows[0]],
-                    judgement: Judgement::of(&table, &units, effort, seed),
+                    judgement: Judgement::watched(&table, &units, effort, seed, &|| {
+                        drew(units.len());
+                    }),
                 }
             };
             order.chunk_by(same).map(at).collect::<Vec<_>>()
@@ -147,5 +170,36 @@ impl Verdict {
             }
         }
         notes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Mutex;
+
+    /// Whoever watches sees every random table once, the distances' as large together as the whole; and watching changes nothing.
+    #[test]
+    fn progress_ends_with_the_last_random_table() {
+        let rows: Vec<String> = (0..40)
+            .map(|k| format!("{},{},{}\n", k % 3, k % 4, k % 2))
+            .collect();
+        let csv = "location,response,distance_m\n".to_string() + &rows.concat();
+        let responses = Responses::from_reader("answers.csv", csv.as_bytes()).unwrap();
+        let effort = Effort {
+            permutations: 30,
+            resamples: 20,
+        };
+        let seen = Mutex::new(Vec::new());
+        let watched = Verdict::watched(&responses, effort, Seed(1), &|done, of| {
+            seen.lock().unwrap().push((done, of));
+        });
+        let mut seen = seen.into_inner().unwrap();
+        seen.sort_unstable();
+        assert_eq!((seen.len(), seen.last()), (150, Some(&(100, 100))));
+        assert_eq!(
+            watched.overall,
+            Verdict::new(&responses, effort, Seed(1)).overall
+        );
     }
 }

@@ -257,6 +257,21 @@ fn records_of_one_protocol_stand_side_by_side() {
         .stdout
         .clone();
     assert!(both.contains("x (2)"), "{both}");
+    let told = |more: &[&str]| {
+        let call = [&["compare", "--json", "--redraw"][..], more].concat();
+        let record = place.ballmark(&call).done().stdout.clone();
+        let record: Value = serde_json::from_str(&record).unwrap();
+        record["localisation"]["records"][0]["done"]["paired_tests"].clone()
+    };
+    // Of the same trials, trial by trial; of others nothing can be said.
+    let tests = told(&[&a, &b]);
+    assert_eq!(tests.as_array().unwrap().len(), 1);
+    assert_eq!(
+        (&tests[0]["name"], &tests[0]["trials"]),
+        (&"x (2)".into(), &6.into())
+    );
+    assert!(tests[0]["distance_difference_m"].is_number());
+    assert_eq!(told(&[&a, &c, "--mixed"]).as_array().unwrap().len(), 0);
     let call = ["compare", "--redraw", &a, &b, "--out", "both"];
     place.ballmark(&call).done();
     let page = fs::read_to_string(place.path("both/index.html")).unwrap();
@@ -286,4 +301,96 @@ fn records_of_one_protocol_stand_side_by_side() {
     place
         .ballmark(&["compare", "--redraw", &a, &c, "--mixed"])
         .done();
+}
+
+/// A program that finds the robot by as many particles as it takes, and answers the standard experiment's trials by odometry.
+const PROGRAM: &str = r#"
+case "$1" in
+trial) awk -F, 'NR > 1 { print $1, $2, $3, 0, 0, 0, 0, 1 }' "$4" > "$2" ;;
+*) if [ "$3" -ge 100 ]; then cp "answers/$1.tum" "$2"
+   else awk '{ $2 += 3 * (NR % 5); print }' "answers/$1.tum" > "$2"; fi ;;
+esac
+"#;
+
+#[test]
+#[cfg(unix)]
+fn too_few_particles_are_named_and_the_standard_experiment_runs_programs_too() {
+    let (place, _) = with_trials(&[]);
+    place.write("t/mine.sh", PROGRAM);
+    answer_all(&place);
+    // Where unknown starts are follows from the known ones: the same trials.
+    let listed = listed(&place);
+    for row in listed.iter().filter(|row| row[1] == "unknown") {
+        let same = listed
+            .iter()
+            .find(|other| other[1] == "known" && trial(&place, &other[0]) == trial(&place, &row[0]))
+            .unwrap();
+        let answers = |name: &str| place.path(&format!("t/answers/{name}.tum"));
+        fs::copy(answers(&same[0]), answers(&row[0])).unwrap();
+    }
+    let text = fs::read_to_string(place.path("t/compare.toml")).unwrap();
+    let judged = |particles: &str, standard: &str| {
+        let mut judge: toml::Table = toml::from_str(&text).unwrap();
+        assert_eq!(judge["localisation"]["more_particles"], 4.into());
+        let mine = judge["system"].as_array_mut().unwrap()[0]
+            .as_table_mut()
+            .unwrap();
+        mine.remove("answers");
+        let command = [
+            "sh",
+            "mine.sh",
+            "{trial}",
+            "{answer_tum}",
+            "{particles}",
+            "{trial_csv}",
+        ];
+        mine.insert("command".into(), command.to_vec().into());
+        let more: toml::Table = toml::from_str(&format!("{particles}{standard}")).unwrap();
+        if let Some(particles) = more.get("particles") {
+            mine.insert("particles".into(), particles.clone());
+        }
+        if let Some(standard) = more.get("standard") {
+            judge.insert("standard".into(), standard.clone());
+            judge["system"].as_array_mut().unwrap().truncate(1); // who senses nothing has no answer there
+        }
+        fs::write(place.path("t/judge.toml"), judge.to_string()).unwrap();
+        place.ballmark(&["compare", "t/judge.toml", "--out", "out"])
+    };
+    judged("", "").refused(
+        2,
+        &["particles: expected their number where `{particles}` stands"],
+    );
+    let standard = "[standard]\ntrial_m = 3.0\nevery_s = 60.0\npermutations = 19\nresamples = 19\n";
+    let few = judged("particles = 30\n", standard).done().stdout.clone();
+    assert!(
+        few.contains(
+            "warning: mine: 0 % found with 30 particles,\n  100 % found with 120 particles"
+        ),
+        "{few}"
+    );
+    let record: Value =
+        serde_json::from_slice(&fs::read(place.path("out/comparison.json")).unwrap()).unwrap();
+    let check = &record["localisation"]["records"][0]["done"]["more_particles"][0];
+    assert_eq!(
+        (&check["particles"], &check["more"]),
+        (&30.into(), &120.into())
+    );
+    assert_eq!(check["changes"], true);
+    let cell = &record["standard"]["cells"][0][0]["done"];
+    assert!(
+        cell["mean_uncertainty_coefficient"].as_f64().unwrap() > 0.0,
+        "{cell}"
+    );
+    let answers = cell["answers_at_end"].as_array().unwrap();
+    let counted: u64 = answers.iter().map(|of| of["count"].as_u64().unwrap()).sum();
+    assert_eq!(Some(counted), cell["trials"].as_u64());
+    let page = fs::read_to_string(place.path("out/index.html")).unwrap();
+    assert!(page.contains("Where each answer was given"));
+    let pictures = place.path("out/contingency-standard-corridor-small-mine");
+    assert!(pictures.with_extension("svg").exists() && pictures.with_extension("png").exists());
+    let enough = judged("particles = 100\n", "").done().stdout.clone();
+    assert!(
+        enough.contains("no change beyond chance") && !enough.contains("warning:"),
+        "{enough}"
+    );
 }

@@ -1,10 +1,14 @@
 //! What `--report` writes: everything that is known of some runs.
 
 use crate::{
-    cli::{files::write_text, page::write_page},
+    cli::{compare::write_sheets, files::write_text, page::write_page, picture::write_picture},
     error::Result,
     geometry::Pose,
-    report::{Cell, Page, Part, Table, traces_plot},
+    report::{
+        Cell, Page, Part, Table,
+        comparison::{Reader, Sheet},
+        traces_plot,
+    },
     score::trajectory::{RunTraces, RunsEvaluation},
 };
 use std::{collections::BTreeSet, path::Path};
@@ -19,15 +23,27 @@ pub(super) fn write(
     json: &serde_json::Value,
     (text, tables): (&str, Vec<Table>),
 ) -> Result<()> {
+    let sheets: Vec<Sheet> = (1..)
+        .zip(tables)
+        .map(|(number, table)| Sheet {
+            name: match number {
+                1 => "errors".into(),
+                number => format!("errors-{number}"),
+            },
+            title: match number {
+                1 => "Errors".into(),
+                _ => "More errors".into(),
+            },
+            table,
+            reader: Reader::Everyone,
+        })
+        .collect();
+    write_sheets(folder, &sheets, &[])?;
     write_text(&folder.join("trajectory.json"), &format!("{json:#}\n"))?;
     write_text(&folder.join("trajectory.txt"), text)?;
-    let mut parts: Vec<Part> = tables
+    let mut parts: Vec<Part> = sheets
         .into_iter()
-        .enumerate()
-        .map(|(number, table)| match number {
-            0 => Part::table("Errors", table),
-            _ => Part::table("More errors", table),
-        })
+        .map(|sheet| Part::table(sheet.title, sheet.table))
         .collect();
     let mut names = BTreeSet::new();
     for (number, run) in all.runs.iter().enumerate() {
@@ -39,7 +55,7 @@ pub(super) fn write(
         let csv = table(traces).csv();
         write_text(&folder.join(format!("traces-{name}.csv")), &csv)?;
         let plot = traces_plot(&run.name, traces)?;
-        write_text(&folder.join(format!("traces-{name}.svg")), &plot)?;
+        write_picture(&folder.join(format!("traces-{name}")), &plot)?;
         parts.push(Part::picture(
             format!(
                 "The reference, the estimate and, where there is one, the prior: {}.",

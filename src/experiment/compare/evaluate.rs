@@ -16,7 +16,9 @@ use crate::{
         landmarks::{self, LandmarkRecord, LandmarksConfig},
         localisation,
         mapped::Mapped,
+        method::Method,
         methods::MethodContext,
+        more_particles::FewerParticles,
         parts::Parts,
         protocol::Protocol,
         recognition::{Recognition, RecognitionConfig, recognise, seconds_per_match},
@@ -247,10 +249,33 @@ impl Evaluator<'_, '_> {
                 Err(fault) => Err(Error::work(fault.to_string())),
             };
             methods.push(method.unwrap_or_else(|fault| context.left_out(name, name, &fault)));
+            methods.extend(self.with_more_particles(system, name, context));
         }
         localisation::play(context, methods, &mut |at| {
             let now = format!("{}: {} in trials", self.dataset, at.next);
             self.progress_counter.next(&now);
+        })
+    }
+
+    /// The same system with more particles, where trials ask for it and it has any.
+    fn with_more_particles<'a>(
+        &mut self,
+        system: &Result<System>,
+        name: &str,
+        context: &MethodContext<'a>,
+    ) -> Option<Method<'a>> {
+        let times = context.config.more_particles;
+        let system = system.as_ref().ok().filter(|_| times > 1)?;
+        let (system, [more, fewer]) = system.with_more_particles(times)?;
+        let title = format!("{name}, {more} particles");
+        let now = format!("{}: {title} gets ready", self.dataset);
+        self.progress_counter.meanwhile(&now);
+        let method = system.method(context, &title);
+        let method = method.unwrap_or_else(|fault| context.left_out(&title, &title, &fault));
+        let name = name.to_string();
+        Some(Method {
+            fewer_particles: Some(FewerParticles { name, fewer, more }),
+            ..method
         })
     }
 

@@ -171,6 +171,7 @@ fn localisations(
     names: &BTreeMap<String, String>,
     mixed: bool,
 ) -> Result<()> {
+    let config = &own.config;
     for ((own, their), dataset) in own.records.iter_mut().zip(their.records).zip(datasets) {
         match (&mut *own, their) {
             (Outcome::Done(own), Outcome::Done(their)) => {
@@ -180,7 +181,8 @@ fn localisations(
                         "{dataset}: a record without a protocol, of an earlier version; expected records of this one, or --mixed"
                     )));
                 }
-                if let Some(field) = own.protocol.difference(&their.protocol).filter(|_| !mixed) {
+                let difference = own.protocol.difference(&their.protocol);
+                if let Some(field) = difference.filter(|_| !mixed) {
                     return Err(differs(
                         dataset,
                         field,
@@ -188,7 +190,12 @@ fn localisations(
                         &their.protocol.hash,
                     ));
                 }
+                let are_same_trials = !unknown && difference.is_none();
                 add(own, their, names);
+                own.paired_tests.clear();
+                if are_same_trials {
+                    own.compare_methods(config.resamples, config.seed());
+                }
             }
             (Outcome::NotAsked, Outcome::NotAsked) => {}
             (Outcome::Failed { why }, _) => return Err(no_trials(dataset, why)),
@@ -217,6 +224,14 @@ fn add(
     for mut result in their.results {
         called(&mut result.name, &mut result.title);
         own.results.push(result);
+    }
+    for mut check in their.more_particles {
+        for name in [&mut check.test.name, &mut check.test.against] {
+            if let Some(new) = names.get(name) {
+                name.clone_from(new);
+            }
+        }
+        own.more_particles.push(check);
     }
     for mut absent in their.left_out {
         called(&mut absent.name, &mut absent.title);

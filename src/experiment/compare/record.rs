@@ -338,7 +338,12 @@ impl ComparisonRecord {
             || self.landmarks.as_ref().is_some_and(Section::any_done)
     }
 
-    /// What a file of each dataset may be called: letters, digits, and no two alike.
+    /// What a file of each system may be called: letters, digits, and no two alike.
+    pub fn system_file_names(&self) -> Vec<String> {
+        super::file_names(self.systems.iter().map(|system| system.name.as_str()))
+    }
+
+    /// What a file of each dataset may be called, likewise.
     pub fn file_names(&self) -> Vec<String> {
         super::file_names(self.datasets.iter().map(|dataset| dataset.name.as_str()))
     }

@@ -4,8 +4,12 @@ use crate::{
     detector::DetectorConfig,
     error::{Error, Result},
     experiment::{
-        external::ExternalConfig, filter_config::FilterConfig, method::Method,
-        method_localiser::FilterLocaliser, methods::MethodContext, sequences::evidence_scale,
+        external::{CommandLocaliser, ExternalConfig, Starts},
+        filter_config::FilterConfig,
+        method::Method,
+        method_localiser::FilterLocaliser,
+        methods::MethodContext,
+        sequences::evidence_scale,
     },
     learning::Recipe,
     localiser::{Localiser, LocaliserConfig, memoryless::AsLocaliser},
@@ -94,7 +98,7 @@ impl System {
     }
 
     /// What it learns from the mapping part, as a localiser: a recogniser becomes one without memory. A filter learns from the
-    /// training part of the context, and plays its run. `None` for a detector, and for who answers elsewhere.
+    /// training part of the context, and plays its run. `None` for a detector, and for who answered elsewhere, with no command to run.
     ///
     /// # Errors
     /// Where it can't learn.
@@ -117,7 +121,10 @@ impl System {
                 let method = config.method(context, name)?;
                 Some(Box::new(FilterLocaliser::new(context, method)?))
             }
-            System::Detector(_) | System::External(_) => None,
+            System::External(config) => {
+                CommandLocaliser::new(config).map(|localiser| Box::new(localiser) as Box<_>)
+            }
+            System::Detector(_) => None,
         })
     }
 
@@ -164,9 +171,28 @@ impl System {
         self.constants_mut().model()
     }
 
+    /// The same with so many times as many particles, and how many it has and had; none where it names no number of them.
+    /// It is asked about starts anywhere alone, and not again with other seeds.
+    pub(super) fn with_more_particles(&self, times: usize) -> Option<(Self, [usize; 2])> {
+        let mut more = self.clone();
+        let particles = more.constants_mut().particles()?;
+        let before = *particles;
+        *particles = before.checked_mul(times)?;
+        let both = [*particles, before];
+        if let System::External(config) = &mut more {
+            config.start = Starts::Unknown;
+            config.repeats = 0;
+        }
+        Some((more, both))
+    }
+
     /// Can it be played trials here?
     pub fn takes_trials(&self) -> bool {
-        !matches!(self, System::Detector(_) | System::External(_))
+        match self {
+            System::External(config) => !config.command.is_empty(),
+            System::Detector(_) => false,
+            _ => true,
+        }
     }
 
     /// File of the world whose plan it is given, where it is given one.

@@ -78,7 +78,7 @@ impl TrialSet {
                     name,
                     start,
                     pose: (start == Start::Known).then_some(first),
-                    observed: observed(parts.run, trial)?,
+                    observed: observed(parts.run, &trial.snapshots)?,
                 });
             }
         }

@@ -69,6 +69,7 @@ pub(super) fn answer(config: &ExternalConfig, asked: &Asked, folder: &Path) -> R
             ("{answer_csv}", path("csv").to_string_lossy().into_owned()),
             ("{trial}", asked.name.to_string()),
             ("{seed}", asked.seed.to_string()),
+            ("{particles}", config.particles.to_string()),
             (
                 "{start}",
                 match asked.start {

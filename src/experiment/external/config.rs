@@ -47,7 +47,7 @@ pub struct ExternalConfig {
     pub answers: PathBuf,
     /// A program and its arguments, run once a trial in the configuration's folder; in them `{trial_csv}`, `{trial_carmen}`,
     /// `{trial_mcap}` and `{trial_npz}` are files of what it may see, `{answer_tum}` and `{answer_csv}` those that it is to write,
-    /// `{start}` is `x,y,heading` in metres and radians or `unknown`, `{trial}` the trial's name and `{seed}` a seed. Empty: it was run before.
+    /// `{start}` is `x,y,heading` in metres and radians or `unknown`, `{trial}` the trial's name, `{seed}` a seed and `{particles}` their number. Empty: it was run before.
     pub command: Vec<String>,
     /// Seconds that the command may take for a trial.
     pub timeout_s: f64,
@@ -57,6 +57,8 @@ pub struct ExternalConfig {
     pub start: Starts,
     /// Is a snapshot without an answer one of which it knows nothing? If not, it is a fault.
     pub may_be_silent: bool,
+    /// What `{particles}` stands for; with `more_particles` in `[localisation]` it is asked again with more. 0: it has none. Of commands only.
+    pub particles: usize,
     /// How often all trials are played once more with another `{seed}`, and once with the same: how much its answers are chance. Of
     /// commands only.
     pub repeats: usize,
@@ -78,6 +80,7 @@ impl Default for ExternalConfig {
             tolerance_s: 0.05,
             start: Starts::default(),
             may_be_silent: false,
+            particles: 0,
             repeats: 0,
             folder: here(),
         }
@@ -125,13 +128,24 @@ impl Constants for ExternalConfig {
         if self.repeats > MOST_REPEATS {
             return wrong("repeats", "at most 100");
         }
-        if self.repeats > 0 && !self.command.iter().any(|word| word.contains("{seed}")) {
+        let names = |placeholder| self.command.iter().any(|word| word.contains(placeholder));
+        if (self.particles > 0) != names("{particles}") {
+            return wrong(
+                "particles",
+                "their number where `{particles}` stands in the `command`, and there alone",
+            );
+        }
+        if self.repeats > 0 && !names("{seed}") {
             return wrong(
                 "repeats",
                 "a `command` with `{seed}` in it, to repeat with others",
             );
         }
         Ok(())
+    }
+
+    fn particles(&mut self) -> Option<&mut usize> {
+        Some(&mut self.particles).filter(|particles| **particles > 0)
     }
 
     fn files(&mut self) -> Vec<&mut PathBuf> {

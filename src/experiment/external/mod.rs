@@ -8,9 +8,11 @@ mod answers;
 mod command;
 mod config;
 mod frame;
+mod localiser;
 mod trial_files;
 
 pub use config::{ExternalConfig, Starts};
+pub use localiser::CommandLocaliser;
 pub use trial_files::{Start, names, observed, times};
 
 use super::{
@@ -120,12 +122,12 @@ impl ExternalConfig {
                     name,
                     start,
                     pose: run.poses()[trial.snapshots[0]],
-                    observed: &observed(run, trial)?,
+                    observed: &observed(run, &trial.snapshots)?,
                     seed,
                 };
                 command::answer(self, &asked, folder)?;
             }
-            answers::read(folder, name, &times(run, trial), self)
+            answers::read(folder, name, &times(run, &trial.snapshots), self)
         };
         trials.iter().zip(names).map(one).collect()
     }

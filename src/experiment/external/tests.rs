@@ -54,7 +54,7 @@ fn written(context: &MethodContext, localiser: &dyn Localiser, folder: &Path) {
             let mut stream = stream(context, number);
             let steps = player.play(&trial.snapshots, pose, &mut stream).unwrap();
             let (mut tum, mut csv) = (String::new(), "time_s,x_m,y_m,weight\n".to_string());
-            for (time_s, step) in times(run, trial).iter().zip(&steps) {
+            for (time_s, step) in times(run, &trial.snapshots).iter().zip(&steps) {
                 let Some(Estimate::Place([x, y])) = step.estimate else {
                     panic!("{step:?}")
                 };

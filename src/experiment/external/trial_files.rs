@@ -5,7 +5,6 @@
 
 use crate::{
     error::Result,
-    experiment::trials::Trial,
     geometry::Pose,
     recording::{Columns, Recording},
     seed::Seed,
@@ -55,13 +54,12 @@ pub fn names(start: Start, trials: usize, seed: Seed) -> Vec<String> {
     numbers.into_iter().map(name).collect()
 }
 
-/// What a localiser may see of a trial, as a recording of one run. Its poses are its odometry.
+/// What a localiser may see of a trial of these snapshots, as a recording of one run. Its poses are its odometry.
 ///
 /// # Errors
 /// Never for trials of the recording.
-pub fn observed(run: &Recording, trial: &Trial) -> Result<Recording> {
+pub fn observed(run: &Recording, snapshots: &[usize]) -> Result<Recording> {
     let columns = run.columns();
-    let snapshots = &trial.snapshots;
     let first = snapshots[0];
     let origin = columns.odometry[first];
     let odometry: Vec<Pose> = snapshots
@@ -71,7 +69,7 @@ pub fn observed(run: &Recording, trial: &Trial) -> Result<Recording> {
     Recording::new(Columns {
         channels: columns.channels.clone(),
         values: columns.values.select(ndarray::Axis(0), snapshots),
-        stamp_s: times(run, trial),
+        stamp_s: times(run, snapshots),
         pose: odometry.clone(),
         odometry,
         run: vec![0; snapshots.len()],
@@ -84,11 +82,11 @@ pub fn observed(run: &Recording, trial: &Trial) -> Result<Recording> {
 }
 
 /// When its snapshots count as taken: the first at 1 s. To the microsecond, as all formats have them.
-pub fn times(run: &Recording, trial: &Trial) -> Vec<f64> {
+pub fn times(run: &Recording, snapshots: &[usize]) -> Vec<f64> {
     let stamp_s = &run.columns().stamp_s;
-    let first = stamp_s[trial.snapshots[0]];
+    let first = stamp_s[snapshots[0]];
     let since = |&k: &usize| FIRST_S + ((stamp_s[k] - first) * 1e6).round() / 1e6;
-    trial.snapshots.iter().map(since).collect()
+    snapshots.iter().map(since).collect()
 }
 
 #[cfg(test)]
@@ -120,13 +118,7 @@ mod tests {
             ..Columns::default()
         })
         .unwrap();
-        let trial = Trial {
-            stretch: 0,
-            unit: 0,
-            snapshots: vec![2, 3, 5],
-            travelled_m: vec![0.0, 1.0, 3.0],
-        };
-        let seen = observed(&run, &trial).unwrap();
+        let seen = observed(&run, &[2, 3, 5]).unwrap();
         let columns = seen.columns();
         assert_eq!(columns.stamp_s, [1.0, 1.5, 2.5]);
         assert_eq!(columns.odometry[0], Pose::default());

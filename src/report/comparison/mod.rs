@@ -1,6 +1,7 @@
 //! What a comparison gave, for readers: tables and pictures, all from the record.
 
 mod caption;
+mod contingency;
 mod cost;
 mod error_reduction;
 mod localisation;
@@ -64,6 +65,7 @@ pub fn sheets(comparison: &Comparison) -> Vec<Sheet> {
 pub fn pictures(comparison: &Comparison) -> Result<Vec<Picture>> {
     let mut pictures = standard::pictures(&comparison.record)?;
     pictures.extend(localisation::pictures(&comparison.record)?);
+    pictures.extend(contingency::pictures(&comparison.record)?);
     pictures.extend(cost::picture(comparison)?);
     pictures.extend(error_reduction::pictures(&comparison.record)?);
     Ok(pictures)

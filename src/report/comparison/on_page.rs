@@ -80,10 +80,14 @@ pub fn sheet_parts(sheets: &[Sheet], pictures: Vec<Picture>, captions: &[String]
 }
 
 /// What pictures show, by the beginning of their names.
-const CAPTIONS: [(&str, &str); 13] = [
+const CAPTIONS: [(&str, &str); 14] = [
     (
         "standard",
         "How much the answers tell about the place, U(L|R), against the metres travelled since the start of a trial",
+    ),
+    (
+        "contingency",
+        "Where each answer was given: a row a bin of the true place, a column an answer; the darker, the larger the share of that answer",
     ),
     (
         "error-by-distance",
