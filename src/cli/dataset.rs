@@ -76,3 +76,21 @@ pub(super) fn warn_of_other_sensors(models: &[&Model], recording: &Recording) {
         warn(&format!("note: {difference}"));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_that_is_no_number_names_the_model_and_the_snapshot() {
+        let file = Path::new("m.safetensors");
+        let mut answers = Array2::from_elem((3, 2), 0.5);
+        assert!(check_numbers(file, &answers).is_ok());
+        answers[[2, 1]] = f32::NAN;
+        let fault = check_numbers(file, &answers).unwrap_err().to_string();
+        assert_eq!(
+            fault,
+            "m.safetensors: its networks answer NaN to snapshot 2; expected probabilities"
+        );
+    }
+}

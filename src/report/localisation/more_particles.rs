@@ -28,6 +28,6 @@ fn in_words(record: &Record, check: &MoreParticles) -> String {
         (true, true) => format!(
             "warning: {title}: {few},\n  {many}: more of them may change the result (too few stretches for a test)"
         ),
-        (false, _) => format!("{title}: {few}, {many}:\n  no change beyond chance"),
+        (false, _) => format!("{title}: {few},\n  {many}: no change beyond chance"),
     }
 }
