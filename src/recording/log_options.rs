@@ -40,7 +40,7 @@ pub struct LogOptions {
 
 impl LogOptions {
     /// Where runs part, in metres.
-    pub(super) fn gap_m(&self) -> f64 {
+    pub(super) fn gap_or_usual_m(&self) -> f64 {
         self.gap_m.unwrap_or(GAP_M)
     }
 }

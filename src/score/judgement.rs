@@ -59,7 +59,7 @@ pub struct Judgement {
     pub uncertainty_coefficient: Option<f64>,
     /// U corrected for chance, see [`corrected_coefficient`].
     pub uncertainty_coefficient_corrected: Option<f64>,
-    /// See [`permutation_p`].
+    /// See [`permutation_p`](super::permutation_p).
     pub permutation_p: Option<f64>,
     /// 95 % interval of the *corrected* coefficient, `[low, high]`, see [`Interval`].
     pub ci95: Option<[f64; 2]>,

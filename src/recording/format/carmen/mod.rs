@@ -229,7 +229,7 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
         &odometry,
         source,
         &one_run,
-        options.gap_m(),
+        options.gap_or_usual_m(),
         &mut account,
     );
     let recording = Recording::new(Columns {

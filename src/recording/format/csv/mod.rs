@@ -172,7 +172,7 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
         odometry_m,
         odometry,
         &columns.run,
-        options.gap_m(),
+        options.gap_or_usual_m(),
         &mut account,
     );
     let recording = Recording::new(columns).map_err(|e| e.in_file(path))?;

@@ -79,7 +79,7 @@ pub(super) fn assemble(
         &odometry,
         placed.source,
         &one_run,
-        options.gap_m(),
+        options.gap_or_usual_m(),
         &mut account,
     );
     part_in_time(&mut run, &stamp_s, placed.bridge, &mut account);
