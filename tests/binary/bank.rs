@@ -167,19 +167,28 @@ fn damaged_banks_and_wrong_words_are_refused() {
     let (place, _) = trained(&[]);
     let data = corridor();
     let whole = fs::read(place.path("bank.safetensors")).unwrap();
-    let changed = |from: &str, to: &str| {
-        assert_eq!(from.len(), to.len());
-        let text = whole
-            .windows(from.len())
-            .position(|w| w == from.as_bytes())
-            .expect(from);
+    let changed = |pairs: &[(&str, &str)]| {
         let mut bytes = whole.clone();
-        bytes[text..text + to.len()].copy_from_slice(to.as_bytes());
+        for (from, to) in pairs {
+            assert_eq!(from.len(), to.len());
+            let text = whole
+                .windows(from.len())
+                .position(|w| w == from.as_bytes())
+                .expect(from);
+            bytes[text..text + to.len()].copy_from_slice(to.as_bytes());
+        }
         place.write("bad.safetensors", bytes);
         place.ballmark(&["localise", "bad.safetensors", &data])
     };
-    changed("set.5m.filter.", "set.7m.filter.").refused(1, &["bad.safetensors", "filter."]);
-    changed("\"map.run\"", "\"map.ran\"").refused(1, &["bad.safetensors", "map.ran", "of no set"]);
+    // Damaged, and as another program wrote it, without a digest.
+    let (other_set, unsealed) = (
+        ("set.5m.filter.", "set.7m.filter."),
+        ("\\\"sha256\\\"", "\\\"sha_no\\\""),
+    );
+    changed(&[other_set]).refused(1, &["bad.safetensors: damaged", "sha256"]);
+    changed(&[other_set, unsealed]).refused(1, &["bad.safetensors", "filter."]);
+    changed(&[("\"map.run\"", "\"map.ran\""), unsealed])
+        .refused(1, &["bad.safetensors", "map.ran", "of no set"]);
     place.write("half.safetensors", &whole[..whole.len() / 2]);
     place
         .ballmark(&["localise", "half.safetensors", &data])

@@ -87,7 +87,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 /// What must be the same from call to call: all but what was timed, which the page has as well where there are costs.
 fn untimed(mut all: BTreeMap<String, Vec<u8>>) -> BTreeMap<String, Vec<u8>> {
     let has_costs = all.contains_key("cost.csv");
-    all.retain(|name, _| !name.starts_with("cost.") && name != "quality-against-cost.svg");
+    all.retain(|name, _| !name.starts_with("cost.") && !name.starts_with("quality-against-cost."));
     all.retain(|name, _| !(has_costs && name == "index.html"));
     if let Some(bytes) = all.get_mut("comparison.json") {
         *bytes = without_timing(std::str::from_utf8(bytes).unwrap())
