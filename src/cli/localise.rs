@@ -2,7 +2,7 @@
 
 use super::{
     Outcome,
-    dataset::{blamed, read, read_all, warn_of_other_sensors},
+    dataset::{check_models, read, read_all, warn_of_other_sensors},
     files::{write_for_readers, write_json, write_text},
     page::{call, write_page},
     picture::write_picture,
@@ -116,6 +116,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let history_m = Model::history_of_all(&models);
     let recording = as_learned(&models, read(dataset, &degraded)?);
     let recording = recording.map_err(|e| e.in_file(dataset))?;
+    check_models(&arguments.files, &banks, &recording)?;
     let trained_on = match arguments.trained_on.as_slice() {
         [] => None,
         datasets => Some(as_learned(&models, read_all(datasets, &degraded)?)?),
@@ -144,7 +145,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         None => MethodContext::new(&models, parts, &config),
     };
     let record = context.and_then(|context| play(context, arguments.out.is_some()));
-    let record = record.map_err(|e| blamed(in_dataset(e), &arguments.files, &banks, &recording))?;
+    let record = record.map_err(in_dataset)?;
     let seconds = started.elapsed().as_secs_f64();
     if let Some(folder) = &arguments.out {
         let title = "Localisation on unseen runs";

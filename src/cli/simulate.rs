@@ -1,6 +1,6 @@
 //! `ballmark simulate`: a simulated building and robot become a dataset.
 
-use super::{Outcome, print};
+use super::{Outcome, print, progress::PatientProgress};
 use crate::{
     error::{Error, Result},
     recording::{Recording, npz},
@@ -9,7 +9,7 @@ use crate::{
     storage,
     world::{
         Building, RunScene, Wall,
-        simulation::{Choice, first_run, simulate},
+        simulation::{Choice, first_run, simulate_watched},
     },
 };
 use nalgebra::{Rotation2, Vector2};
@@ -80,7 +80,12 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     };
     let in_world = |fault: Error| fault.in_file(&arguments.world);
     let seed = Seed(arguments.seed);
-    let recording = simulate(&world, seed, &choice).map_err(in_world)?;
+    let progress = PatientProgress::new("simulating");
+    let recording = simulate_watched(&world, seed, &choice, &|done, of| {
+        progress.at(done, of, "snapshots");
+    });
+    progress.done();
+    let recording = recording.map_err(in_world)?;
     let picture = match &arguments.plan {
         Some(_) => {
             let first = first_run(&world, &choice)?;

@@ -17,6 +17,7 @@ use crate::{
 use drive::{Drive, drive_set};
 use ndarray::Array2;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Pause between two runs, on the recording's clock, seconds.
 const PAUSE_S: f64 = 600.0;
@@ -55,6 +56,19 @@ pub struct Choice {
 /// A usage error where the choice names no set, or the sets' sensors differ in their channels; a work error where the
 /// robot could get out, starts in a wall or comes nearer to one than its radius: the message names the run.
 pub fn simulate(building: &Building, seed: Seed, choice: &Choice) -> Result<Recording> {
+    simulate_watched(building, seed, choice, &|_, _| ())
+}
+
+/// As [`simulate`]; `progress` is told, from any thread, how many snapshots of how many were seen.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_watched(
+    building: &Building,
+    seed: Seed,
+    choice: &Choice,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Recording> {
     let sets = chosen(building, choice)?;
     let channels = sets[0].1.sensors.channels();
     if channels.is_empty() {
@@ -89,7 +103,12 @@ pub fn simulate(building: &Building, seed: Seed, choice: &Choice) -> Result<Reco
             seed.0
         ),
     };
-    record((seed, seed.within(building.name())), &drives, Some(source))
+    record(
+        (seed, seed.within(building.name())),
+        &drives,
+        Some(source),
+        progress,
+    )
 }
 
 /// Number of the first run that a choice picks, for [`Building::plan_of_run`].
@@ -179,6 +198,7 @@ fn record(
     (seed, own): (Seed, Seed),
     drives: &[(Drive, &Sensors)],
     source: Option<String>,
+    progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Recording> {
     let places: Vec<(usize, usize)> = drives
         .iter()
@@ -193,13 +213,16 @@ fn record(
             places.len()
         )));
     }
+    let seen = AtomicUsize::new(0);
     let values: Vec<f32> = places
         .par_iter()
         .flat_map_iter(|&(run, stop)| {
             let (drive, sensors) = &drives[run];
             // Both are below 2^32: see MAX_SNAPSHOTS.
             let number = drive.run << 32 | stop as u64;
-            sensors.read(seed, number, drive, stop)
+            let values = sensors.read(seed, number, drive, stop);
+            progress(1 + seen.fetch_add(1, Ordering::Relaxed), places.len());
+            values
         })
         .collect();
     // Runs of one recording have a compass all, or none; its distortion is the building's.

@@ -26,6 +26,26 @@ const ROUND: &str = "[path]\nclosed = true\nbend_radius_m = 1.0\ncorners = [[2, 
 /// 2 (6 + 1) + 2 π
 const ROUND_M: f64 = 14.0 + std::f64::consts::TAU;
 
+/// Whoever watches sees every snapshot once, and the same recording comes of it.
+#[test]
+fn progress_ends_with_the_last_snapshot() {
+    let text = hall(&format!(
+        "{EXACT}[sonar]\nbeams = 4\n{ROUND}[record]\nsnapshots = 30\n"
+    ));
+    let seen = std::sync::Mutex::new(Vec::new());
+    let watched = simulate_watched(&world(&text), Seed(1), &Choice::default(), &|done, of| {
+        seen.lock().unwrap().push((done, of));
+    })
+    .unwrap();
+    let mut seen = seen.into_inner().unwrap();
+    seen.sort_unstable();
+    let all = watched.len();
+    assert_eq!((seen.len(), seen.last()), (all, Some(&(all, all))));
+    let same = recorded(&text); // NaN among its values
+    let (a, b) = (watched.values().iter(), same.values().iter());
+    assert!(a.map(|v| v.to_bits()).eq(b.map(|v| v.to_bits())));
+}
+
 #[test]
 fn a_closed_route_is_driven_several_times_and_has_one_coordinate_a_place() {
     let text = hall(&format!(
