@@ -134,10 +134,13 @@ pub fn make_folder(path: &Path) -> Result<()> {
 
 /// SHA-256 of some bytes in hexadecimal, as `sha256sum` prints it.
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    hexadecimal(Sha256::new().chain_update(bytes))
+}
+
+/// The same of a digest that was made bit by bit.
+pub(crate) fn hexadecimal(digest: Sha256) -> String {
+    let digest = digest.finalize();
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

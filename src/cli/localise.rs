@@ -90,6 +90,9 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     config.people = Some(arguments.people.unwrap_or(config.people()));
     config.kidnap_m = arguments.kidnap.or(config.kidnap_m);
     config.check()?;
+    if config.more_particles > 0 {
+        warn("note: more_particles has no effect here: 5,000 particles stand beside 40,000 always");
+    }
     if !config.map.as_os_str().is_empty() {
         RosMap::read(&config.map)?; // one that is none fails now
     }

@@ -149,23 +149,20 @@ fn with_map<'a>(
         }
         Err(fault) => methods.push(context.left_out(BEAM_MODEL, BEAM, &fault)),
     }
-    let mut fewer: Option<FewerParticles> = None;
+    let mut smaller: Option<(String, usize)> = None;
     for particles in PARTICLES {
         let Some(method) = map.monte_carlo(&field, particles)? else {
             break;
         };
-        let name = method.name.clone();
-        methods.push(Method {
-            fewer_particles: fewer.map(|fewer| FewerParticles {
-                more: particles,
-                ..fewer
-            }),
-            ..method
-        });
-        fewer = Some(FewerParticles {
+        let fewer_particles = smaller.map(|(name, fewer)| FewerParticles {
             name,
-            fewer: particles,
+            fewer,
             more: particles,
+        });
+        smaller = Some((method.name.clone(), particles));
+        methods.push(Method {
+            fewer_particles,
+            ..method
         });
     }
     Ok(methods)

@@ -4,6 +4,7 @@ pub mod adaptation;
 mod bank_row;
 pub mod belief_traces;
 mod carried;
+mod child;
 pub mod compare;
 pub mod confidence;
 pub mod configuration;

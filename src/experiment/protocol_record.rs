@@ -7,6 +7,7 @@ use crate::{
         Responses,
         trajectory::{EvaluationOptions, Trajectory},
     },
+    storage,
 };
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -237,9 +238,7 @@ impl Fingerprint {
     }
 
     fn end(self) -> String {
-        let digest = self.0.finalize();
-        let digits: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        digits[..DIGITS].to_string()
+        storage::hexadecimal(self.0)[..DIGITS].to_string()
     }
 }
 
@@ -280,6 +279,23 @@ mod tests {
             record.difference(&ProtocolRecord::of_protocol(&other)),
             Some("data")
         );
+        // Which rows share a place, not what places and answers are called.
+        let by = |csv: &str| {
+            let responses = Responses::from_reader("r.csv", csv.as_bytes()).unwrap();
+            ProtocolRecord::of_responses(&responses)
+        };
+        let own = by("location,response,trial,distance_m\na,1,x,0\na,2,x,1\nb,1,y,0\n");
+        let same = by("location,response,trial,distance_m\n7,9,p,0\n7,9,p,1\n8,9,q,0\n");
+        assert_eq!(own, same);
+        for (other, field) in [
+            ("a,1,x,0\nb,2,x,1\nb,1,y,0\n", "truth"),
+            ("a,1,x,0\na,2,y,1\nb,1,y,0\n", "trials"),
+            ("a,1,x,0\na,2,x,2\nb,1,y,0\n", "distances"),
+        ] {
+            let other = by(&format!("location,response,trial,distance_m\n{other}"));
+            assert_ne!(own.fields[field], other.fields[field]);
+            assert!(own.difference(&other).is_some());
+        }
         let json = serde_json::to_string(&record).unwrap();
         assert_eq!(
             serde_json::from_str::<ProtocolRecord>(&json).unwrap(),

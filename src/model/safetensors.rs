@@ -152,10 +152,7 @@ fn digest<'a>(
             .for_each(|&n| all.update((n as u64).to_le_bytes()));
         all.update(bytes);
     }
-    all.finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    storage::hexadecimal(all)
 }
 
 /// The fault in one line; what the file itself says is quoted, not printed as it stands.

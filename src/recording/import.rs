@@ -68,7 +68,7 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<ImportedLog> {
     let mut columns = log.recording.into_columns();
     columns.source = Some(names.join(" + "));
     // Of several logs: what `cat A B | sha256sum` prints.
-    columns.source_sha256 = Some(hash.finalize().iter().map(|b| format!("{b:02x}")).collect());
+    columns.source_sha256 = Some(storage::hexadecimal(hash));
     columns.dataset_sha256 = None;
     Ok(ImportedLog {
         recording: Recording::new(columns)?,

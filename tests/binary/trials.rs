@@ -394,3 +394,40 @@ fn too_few_particles_are_named_and_the_standard_experiment_runs_programs_too() {
         "{enough}"
     );
 }
+
+#[test]
+fn numbers_of_particles_that_make_no_sense_are_refused() {
+    let place = Workplace::new();
+    let system = "[[system]]\nkind = 'nearest'\n";
+    for (text, fault) in [
+        (
+            format!("{system}[localisation]\nmore_particles = 1"),
+            "more_particles: expected 0 for no more, or 2 to 1000",
+        ),
+        (
+            format!("{system}[localisation]\nmore_particles = 1001"),
+            "more_particles",
+        ),
+        (
+            "[[system]]\nkind = 'monte_carlo'\nroughening_m = -0.1\n[localisation]".into(),
+            "roughening_m = -0.1: expected a number from 0",
+        ),
+        (
+            "[[system]]\nkind = 'monte_carlo'\nroughening_rad = nan\n[localisation]".into(),
+            "roughening_rad",
+        ),
+        (
+            "[[system]]\nkind = 'external'\ncommand = ['x']\nparticles = 9\n[localisation]".into(),
+            "particles: expected their number where `{particles}` stands",
+        ),
+    ] {
+        let file = corridor();
+        place.write(
+            "bad.toml",
+            format!("[[dataset]]\nfile = '{file}'\n{text}\n"),
+        );
+        place
+            .ballmark(&["compare", "bad.toml"])
+            .refused(2, &["bad.toml", fault]);
+    }
+}

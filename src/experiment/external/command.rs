@@ -3,6 +3,7 @@
 use super::{config::ExternalConfig, trial_files::Start};
 use crate::{
     error::{Error, Result},
+    experiment::child,
     geometry::Pose,
     recording::{
         Recording,
@@ -11,7 +12,6 @@ use crate::{
 };
 use std::{
     fs::{self, File},
-    io::{Read, Seek, SeekFrom},
     path::Path,
     process::{Child, Command, ExitStatus, Stdio},
     thread,
@@ -20,8 +20,6 @@ use std::{
 
 /// How often a program that runs is looked at.
 const LOOKED_AT: Duration = Duration::from_millis(5);
-/// Bytes at the end of what a program printed among which its last line is looked for.
-const LAST_WORDS: u64 = 4096;
 /// Letters of that line that a message has.
 const SHOWN: usize = 300;
 
@@ -96,9 +94,7 @@ pub(super) fn answer(config: &ExternalConfig, asked: &Asked, folder: &Path) -> R
         .stdin(Stdio::null())
         .stdout(file)
         .stderr(both);
-    // A group of its own, so that what it starts ends with it.
-    #[cfg(unix)]
-    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    child::in_own_group(&mut command);
     let mut child = command.spawn().map_err(|e| {
         Error::work(format!(
             "{}: command `{}`: {e}; expected a program in the PATH, or its path from the configuration's folder",
@@ -132,7 +128,7 @@ fn ended_within(child: &mut Child, limit: Duration) -> std::io::Result<Option<Ex
             return Ok(Some(status));
         }
         if begun.elapsed() >= limit {
-            end(child);
+            child::end(child);
             child.wait()?;
             return Ok(None);
         }
@@ -140,37 +136,9 @@ fn ended_within(child: &mut Child, limit: Duration) -> std::io::Result<Option<Ex
     }
 }
 
-#[cfg(unix)]
-fn end(child: &mut Child) {
-    use rustix::process::{Pid, Signal, kill_process_group};
-    let group = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
-    // One that has ended meanwhile needs no end.
-    let ended = group.map(|group| kill_process_group(group, Signal::KILL));
-    if !matches!(ended, Some(Ok(()))) {
-        child.kill().ok();
-    }
-}
-
-#[cfg(not(unix))]
-fn end(child: &mut Child) {
-    child.kill().ok(); // one that has ended meanwhile needs no end
-}
-
-/// The last bytes of a file, however long it is.
-fn end_of(file: &Path) -> std::io::Result<Vec<u8>> {
-    let mut file = File::open(file)?;
-    let length = file.metadata()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(LAST_WORDS)))?;
-    let mut end = Vec::new();
-    file.take(LAST_WORDS).read_to_end(&mut end)?;
-    Ok(end)
-}
-
 /// The last line that a program printed, to follow a message.
 fn last_words(printed: &Path) -> String {
-    let end = end_of(printed).unwrap_or_default(); // without them the message does, too
-    let end = String::from_utf8_lossy(&end);
-    let last = end.lines().rev().find(|line| !line.trim().is_empty());
+    let last = child::last_lines(printed, 1).pop();
     last.map_or(String::new(), |line| {
         let line: String = line.trim().chars().take(SHOWN).collect();
         format!("; it last printed `{}`", line.escape_debug())

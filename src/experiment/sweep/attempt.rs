@@ -6,11 +6,12 @@ use super::{
     folder::Sweep,
     inputs::{Placed, Stamp},
     lock::{Lock, host},
-    outcome_files::{clear_away, last_lines, write_failure, write_named},
+    outcome_files::{clear_away, write_failure, write_named},
     scratch::Scratch,
 };
 use crate::{
     error::{Error, Result},
+    experiment::child,
     storage,
 };
 use serde_json::{Value, json};
@@ -29,6 +30,8 @@ pub const ENDS_WITH_PARENT: &str = "--ends-with-parent";
 pub(super) const LOOKED_AT: Duration = Duration::from_millis(2);
 /// And how often their memory.
 const MEASURED_EVERY: Duration = Duration::from_millis(20);
+/// Lines of standard error that are kept of a cell that failed.
+const LAST_LINES: usize = 20;
 /// Exit status of a command that is done, but lost something.
 const LOSSY: i32 = 3;
 
@@ -173,9 +176,7 @@ impl Attempt {
         if let Some(threads) = runner.threads {
             process.env("RAYON_NUM_THREADS", threads.to_string());
         }
-        // A group of its own: Ctrl-C comes to whoever started it, and what it starts ends with it.
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::process_group(&mut process, 0);
+        child::in_own_group(&mut process);
         let child = process
             .spawn()
             .map_err(|e| Error::io("cannot run", Path::new(first), e))?;
@@ -260,10 +261,13 @@ impl Attempt {
                 Ended::Done
             }
             Err(fault) => {
-                let last = last_lines(&self.scratch.path.join("stderr"));
+                let last = child::last_lines(&self.scratch.path.join("stderr"), LAST_LINES);
                 let why = match last.is_empty() {
                     true => fault.to_string(),
-                    false => format!("{fault}\nlast lines of standard error:\n{last}"),
+                    false => format!(
+                        "{fault}\nlast lines of standard error:\n{}",
+                        last.join("\n")
+                    ),
                 };
                 write_failure(sweep, &self.cell, &why)?;
                 Ended::Failed(why)
@@ -341,23 +345,10 @@ impl Attempt {
 impl Drop for Attempt {
     fn drop(&mut self) {
         if !self.is_over {
-            end(&mut self.child);
+            child::end(&mut self.child);
             let _ = self.child.wait();
         }
     }
-}
-
-/// Ends a process and all that it started.
-fn end(child: &mut Child) {
-    #[cfg(unix)]
-    {
-        use rustix::process::{Pid, Signal, kill_process_group};
-        let group = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
-        if let Some(Ok(())) = group.map(|group| kill_process_group(group, Signal::KILL)) {
-            return;
-        }
-    }
-    let _ = child.kill(); // one that has ended meanwhile needs no end
 }
 
 /// Takes every `timing` out of a record: what differs from one call to the next.

@@ -113,11 +113,7 @@ fn digest(recording: &Recording) -> Result<String> {
             sha.update(v.to_le_bytes());
         }
     }
-    Ok(sha
-        .finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect())
+    Ok(storage::hexadecimal(sha))
 }
 
 #[cfg(test)]

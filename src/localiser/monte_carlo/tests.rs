@@ -284,6 +284,44 @@ fn answers_do_not_depend_on_the_number_of_threads() {
     assert!(once != play(&monte_carlo, &recording, &trial, None, 2));
 }
 
+/// Moved by normal deviates as wide as stated, but not off the grid, and not at all where nothing is stated.
+#[test]
+fn particles_drawn_anew_are_moved_a_little() {
+    let recording = test_world();
+    let pose = recording.poses()[120];
+    let roughened = |roughening_m: f64, roughening_deg: f64| {
+        let config = MonteCarloConfig {
+            roughening_m,
+            roughening_rad: roughening_deg.to_radians(),
+            ..MonteCarloConfig::default()
+        };
+        let monte_carlo = room(&recording, config);
+        let mut stream = Seed(1).stream("roughening");
+        let moved = (0..4000).map(|_| monte_carlo.roughened(pose, &mut stream));
+        let moved: Vec<Pose> = moved.collect();
+        let on_grid = |pose: &Pose| monte_carlo.grid.cell_of(pose).is_some();
+        assert!(moved.iter().all(on_grid));
+        moved
+    };
+    assert!(roughened(0.0, 0.0).iter().all(|moved| *moved == pose));
+    let moved = roughened(0.05, 2.0);
+    let sd = |off: &dyn Fn(&Pose) -> f64| {
+        let squares: f64 = moved.iter().map(|moved| off(moved).powi(2)).sum();
+        (squares / moved.len() as f64).sqrt()
+    };
+    assert!((sd(&|moved| moved.x_m - pose.x_m) - 0.05).abs() < 0.005);
+    assert!((sd(&|moved| moved.y_m - pose.y_m) - 0.05).abs() < 0.005);
+    let turn = sd(&|moved| wrapped(moved.heading_rad - pose.heading_rad));
+    assert!(
+        (turn.to_degrees() - 2.0).abs() < 0.1,
+        "{}",
+        turn.to_degrees()
+    );
+    // Far outside there is no place to be.
+    let wide = roughened(50.0, 0.0);
+    assert!(wide.iter().filter(|moved| **moved == pose).count() > 1000);
+}
+
 /// Maps what it learns from.
 #[derive(Debug, Clone, Serialize)]
 struct Mapped(MonteCarloConfig);

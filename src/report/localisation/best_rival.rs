@@ -5,9 +5,14 @@ use crate::experiment::{
     paired_trials::SURE_P,
 };
 
-/// The best of those that learn nothing: the one that finds the robot soonest; none where there is no such rival.
+/// The best of those that learn nothing: the one that finds the robot soonest; none where there is no such rival. The first method with
+/// more particles is none.
 fn best(record: &Record) -> Option<&PairedTest> {
-    let rivals = record.paired_tests.iter();
+    let is_itself = |test: &&PairedTest| {
+        let mut checks = record.more_particles.iter();
+        checks.any(|check| (&check.test.name, &check.test.against) == (&test.name, &test.against))
+    };
+    let rivals = record.paired_tests.iter().filter(|test| !is_itself(test));
     let rivals = rivals.filter(|test| !test.name.starts_with("learned"));
     let metres = |test: &PairedTest| test.distance_difference_m.unwrap_or(f64::INFINITY);
     rivals.min_by(|a, b| metres(a).total_cmp(&metres(b)))
@@ -118,5 +123,11 @@ mod tests {
             in_words(&record(&json!([test("learned_bits", 1.0, None)]))),
             None
         );
+        // Itself with more particles is no rival.
+        let tests = json!([test("map", 2.0, None), test("kernel", -3.0, None)]);
+        let mut more = record(&tests);
+        let check = json!([{ "particles": 5, "more": 20, "test": tests[1], "changes": true }]);
+        more.more_particles = serde_json::from_value(check).unwrap();
+        assert!(in_words(&more).unwrap().contains("against occupancy map"));
     }
 }
