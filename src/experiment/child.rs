@@ -52,6 +52,29 @@ pub(super) fn last_lines(file: &Path, most: usize) -> Vec<String> {
 mod tests {
     use super::*;
 
+    /// What it started holds the other end of the pipe, and would for half a minute.
+    #[cfg(unix)]
+    #[test]
+    fn what_a_program_started_ends_with_it() {
+        use std::{process::Stdio, sync::mpsc::channel, thread, time::Duration};
+        let mut command = Command::new("sh");
+        command
+            .args(["-c", "sleep 30 & echo begun; wait"])
+            .stdout(Stdio::piped());
+        in_own_group(&mut command);
+        let mut child = command.spawn().unwrap();
+        let mut printed = child.stdout.take().unwrap();
+        printed.read_exact(&mut [0; 6]).unwrap();
+        end(&mut child);
+        child.wait().unwrap();
+        let (closed, told) = channel();
+        thread::spawn(move || {
+            let _ = printed.read_to_end(&mut Vec::new());
+            let _ = closed.send(());
+        });
+        assert!(told.recv_timeout(Duration::from_secs(15)).is_ok());
+    }
+
     #[test]
     fn the_end_of_what_was_printed_is_kept() {
         let folder = tempfile::tempdir().unwrap();

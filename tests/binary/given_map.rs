@@ -142,9 +142,19 @@ fn localise_takes_a_map_and_people() {
     let (scans, given) = (localise(&[]), localise(&["--map", "hall.yaml"]));
     assert_ne!(field(&scans.done().stdout), field(&given.done().stdout));
     // The same by a configuration, whose file names are relative to itself.
-    place.write("c.toml", "[localise]\nmap = 'hall.yaml'\n");
+    let text = "[localise]\nmap = 'hall.yaml'\nmore_particles = 4\n";
+    place.write("c.toml", text);
     let by_file = localise(&["--config", "c.toml"]);
     assert_eq!(field(&by_file.done().stdout), field(&given.stdout));
+    // Its own 5,000 and 40,000 particles beside each other; more are asked for in vain.
+    let note = "note: more_particles has no effect";
+    assert!(by_file.stderr.contains(note), "{}", by_file.stderr);
+    assert!(
+        scans.stdout.contains("found with 5000 particles,"),
+        "{}",
+        scans.stdout
+    );
+    assert!(scans.stdout.contains("found with 40000 particles:"));
     let crowded = localise(&["--people", "0.4"]);
     let said = &crowded.done().stdout;
     assert!(said.contains("people before 40 % of the beams"), "{said}");

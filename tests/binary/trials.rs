@@ -250,7 +250,12 @@ fn records_of_one_protocol_stand_side_by_side() {
     compare("a", "kind = 'bayes'\nlandmarks = []", 6);
     compare("b", "kind = 'dead_reckoning'", 6);
     compare("c", "kind = 'dead_reckoning'", 5);
-    let [a, b, c] = ["a", "b", "c"].map(|name| format!("{name}/comparison.json"));
+    // As many trials, and others.
+    let text = fs::read_to_string(place.path("c.toml")).unwrap();
+    let other = text.replace("trials = 5", "trials = 6\nshortest_m = 6.0");
+    place.write("d.toml", other);
+    place.ballmark(&["compare", "d.toml", "--out", "d"]).done();
+    let [a, b, c, d] = ["a", "b", "c", "d"].map(|name| format!("{name}/comparison.json"));
     let both = place
         .ballmark(&["compare", "--redraw", &a, &b])
         .done()
@@ -271,7 +276,10 @@ fn records_of_one_protocol_stand_side_by_side() {
         (&"x (2)".into(), &6.into())
     );
     assert!(tests[0]["distance_difference_m"].is_number());
-    assert_eq!(told(&[&a, &c, "--mixed"]).as_array().unwrap().len(), 0);
+    for other in [&c, &d] {
+        let tests = told(&[&a, other, "--mixed"]);
+        assert!(tests.as_array().unwrap().is_empty(), "{other}: {tests}");
+    }
     let call = ["compare", "--redraw", &a, &b, "--out", "both"];
     place.ballmark(&call).done();
     let page = fs::read_to_string(place.path("both/index.html")).unwrap();
