@@ -1,5 +1,7 @@
 //! Files read once and written whole or not at all.
 
+mod temporary;
+
 use crate::error::{Error, Result};
 use sha2::{Digest, Sha256};
 use std::{
@@ -37,7 +39,8 @@ pub fn largest_content(len: usize) -> u64 {
 }
 
 /// Writes `path` whole or not at all: a temporary file beside it, fsync, rename. Whatever stood there before stays
-/// until the new content is safe, and nothing half-written is left behind when the disk or a limit refuses.
+/// until the new content is safe, and nothing half-written is left behind when the disk or a limit refuses. What a
+/// process that was killed meanwhile left beside it goes when the file is written again.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().unwrap();
@@ -49,15 +52,6 @@ pub fn write_file(
     path: &Path,
     content: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> Result<()> {
-    write_file_as(path, ".tmp", content)
-}
-
-/// The same with what the temporary file's name begins with, for who clears away those that killed processes leave.
-pub fn write_file_as(
-    path: &Path,
-    prefix: &str,
-    content: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
-) -> Result<()> {
     let refused = |e: io::Error| Error::io("cannot write", path, e);
     check_target(path)?;
     // What a link leads to is written, and the link stays.
@@ -67,21 +61,11 @@ pub fn write_file_as(
         false => path.to_path_buf(),
     };
     let folder = folder_of(&target);
-    // Permissions of what stood there, or as the user's umask has them, not the owner-only ones that temporary files get by default.
     let before = fs::metadata(&target)
         .ok()
         .map(|metadata| metadata.permissions());
-    #[cfg(unix)]
-    let mut builder = {
-        use std::os::unix::fs::PermissionsExt;
-        let mut builder = tempfile::Builder::new();
-        builder.permissions(fs::Permissions::from_mode(0o666));
-        builder
-    };
-    #[cfg(not(unix))]
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(prefix);
-    let mut temporary = builder.tempfile_in(&folder).map_err(refused)?;
+    let name = target.file_name().unwrap_or_default();
+    let mut temporary = temporary::beside(&folder, name).map_err(refused)?;
     // Made in memory first: an archive writer tries to close its archive when it is dropped, and complains on standard
     // error, beside our own line, when the disk that has refused it once refuses again.
     let mut whole = Cursor::new(Vec::new());
@@ -96,6 +80,11 @@ pub fn write_file_as(
     temporary.as_file().sync_all().map_err(refused)?;
     temporary.persist(&target).map_err(|e| refused(e.error))?;
     Ok(())
+}
+
+/// Takes away what processes that were killed while they wrote a file left beside it; what others write now stays.
+pub(crate) fn clear_away(path: &Path) {
+    temporary::clear_away(&folder_of(path), path.file_name().unwrap_or_default());
 }
 
 /// Can a file of that name be made, as far as can be known beforehand? Returns the folder it goes to. Asked before long

@@ -6,7 +6,7 @@ use super::{
     folder::Sweep,
     inputs::{Placed, Stamp},
     lock::{Lock, host},
-    outcome_files::{clear_away, write_failure, write_named},
+    plan::described,
     scratch::Scratch,
 };
 use crate::{
@@ -101,8 +101,9 @@ impl Attempt {
         if is_done() {
             return Ok(Started::DoneBefore);
         }
-        clear_away(&sweep.result(&cell.name));
-        clear_away(&sweep.failure(&cell.name));
+        // Whichever of the two this attempt won't write.
+        storage::clear_away(&sweep.result(&cell.name));
+        storage::clear_away(&sweep.failure(&cell.name));
         let started = Self::with_lock(sweep, cell, runner, lock);
         if let Err(fault) = &started {
             // So that it is found among those that failed, wherever it was started.
@@ -252,7 +253,7 @@ impl Attempt {
             let path = sweep.result(&self.cell.name);
             storage::make_folder(&path.with_file_name(""))?;
             let text = self.result(sweep, lossy, record);
-            write_named(&path, &text)
+            storage::write_file(&path, |out| out.write_all(text.as_bytes()))
         });
         let ended = match written {
             Ok(()) => {
@@ -349,6 +350,15 @@ impl Drop for Attempt {
             let _ = self.child.wait();
         }
     }
+}
+
+/// Writes why a cell failed.
+fn write_failure(sweep: &Sweep, cell: &Cell, why: &str) -> Result<()> {
+    let path = sweep.failure(&cell.name);
+    storage::make_folder(&path.with_file_name(""))?;
+    let described = described(&cell.keys, cell.seed);
+    let text = format!("cell {}: {described}\n{why}\n", cell.name);
+    storage::write_file(&path, |out| out.write_all(text.as_bytes()))
 }
 
 /// Takes every `timing` out of a record: what differs from one call to the next.

@@ -313,7 +313,11 @@ mod tests {
             "{path:?}"
         );
         storage::make_folder(path.parent().unwrap()).unwrap();
-        std::fs::write(path.with_file_name(".tmpAbCd"), "half").unwrap();
+        std::fs::write(
+            path.with_file_name(format!(".{name}.json.tmpAb3dE9")),
+            "half",
+        )
+        .unwrap();
         assert!(sweep.done().unwrap().is_empty());
         std::fs::write(&path, "{}").unwrap();
         assert_eq!(sweep.done().unwrap(), HashSet::from([name.to_string()]));

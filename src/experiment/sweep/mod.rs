@@ -17,7 +17,6 @@ mod inputs;
 mod key;
 mod lock;
 mod memory;
-mod outcome_files;
 mod plan;
 mod record;
 mod run;

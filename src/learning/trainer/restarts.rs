@@ -32,6 +32,7 @@ pub fn checkpoint_of(path: &Path, restart: usize) -> PathBuf {
 /// Where one is there and can't be removed.
 pub fn remove_checkpoints(checkpoint: &Path, restarts: usize) -> Result<()> {
     for path in (0..restarts).map(|restart| checkpoint_of(checkpoint, restart)) {
+        crate::storage::clear_away(&path);
         if path.exists() {
             std::fs::remove_file(&path).map_err(|e| Error::io("cannot remove", &path, e))?;
         }
