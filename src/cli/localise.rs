@@ -8,7 +8,7 @@ use super::{
     picture::write_picture,
     print,
     progress::Progress,
-    warn,
+    rerun, warn,
 };
 use crate::{
     belief::Evidence,
@@ -51,6 +51,10 @@ pub struct Arguments {
     /// Folder for a page to look at (index.html), the figures (CSV) and the pictures (SVG, PNG).
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// File for a recording of the page's trials for the viewer Rerun (rerun.io): map, scans, beliefs, answers, features and errors, step by
+    /// step. Only in builds with the feature `rerun`.
+    #[arg(long, value_name = "FILE.rrd")]
+    rerun: Option<PathBuf>,
     /// Configuration; its section [localise] holds for all that no flag below says otherwise, [degraded] for the sensor that
     /// the datasets are seen by: the same as in training.
     #[arg(long, value_name = "C.toml")]
@@ -81,6 +85,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: Arguments) -> Result<Outcome> {
+    if let Some(file) = &arguments.rerun {
+        rerun::check(file)?; // a wrong name fails now, not after the trials
+    }
     let experiment = Experiment::read(arguments.config.as_deref(), None)?;
     let (mut config, degraded) = (experiment.localise, experiment.degraded);
     config.trials = arguments.trials.unwrap_or(config.trials);
@@ -147,11 +154,15 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         Some(bank) => MethodContext::of_bank(&models, bank.run(), parts, &config),
         None => MethodContext::new(&models, parts, &config),
     };
-    let record = context.and_then(|context| play(context, arguments.out.is_some()));
+    let keeps_beliefs = arguments.out.is_some() || arguments.rerun.is_some();
+    let record = context.and_then(|context| play(context, keeps_beliefs));
     let record = record.map_err(in_dataset)?;
     let seconds = started.elapsed().as_secs_f64();
+    let title = "Localisation on unseen runs";
+    if let Some(file) = &arguments.rerun {
+        rerun::write(file, title, &record, parts.run, model)?;
+    }
     if let Some(folder) = &arguments.out {
-        let title = "Localisation on unseen runs";
         write_report(folder, title, &record)?;
         let mut resolved = Vec::new();
         for model in models {

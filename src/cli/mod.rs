@@ -17,6 +17,7 @@ mod picture;
 mod pretrain;
 mod progress;
 mod reproduce;
+mod rerun;
 mod score;
 mod simulate;
 mod sweep;

@@ -6,10 +6,12 @@
 //! are kept, and of the trials as many as take 2.5 million letters all together, one at least.
 
 mod record;
+mod sensed;
 mod squares;
 mod watch;
 
 pub use record::{BeliefTraces, ErrorsAt, Plan, TracedSystem, TracedTrial};
+pub use sensed::{Beam, SensedScan, SensedTrial};
 pub(super) use watch::Watch;
 
 /// Most squares, or pieces of a route, that a belief is reduced to.

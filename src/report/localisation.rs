@@ -14,6 +14,8 @@ mod risk_plot;
 mod trial_figures;
 
 pub use beliefs::belief_parts;
+#[cfg(feature = "rerun")]
+pub(super) use beliefs::systems_at_first;
 pub use confidence::{confidence, confidence_figures};
 pub use correction::{correction, correction_figures};
 pub use found_plot::found_plot;

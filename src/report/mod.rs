@@ -15,6 +15,8 @@ mod plane;
 mod plot;
 mod price;
 pub mod reproduction;
+#[cfg(feature = "rerun")]
+pub mod rerun;
 pub mod ruizmayor2006;
 mod scatter;
 mod still;

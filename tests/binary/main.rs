@@ -24,6 +24,7 @@ mod page;
 mod pretrain;
 mod remembered;
 mod reproduce;
+mod rerun;
 mod score;
 mod simulate;
 mod support;

@@ -51,6 +51,9 @@ pub struct TracedTrial {
     pub number: usize,
     /// Why it was kept.
     pub kept_as: Vec<String>,
+    /// Its snapshots in the recording that it was played in, one a step; empty in older files.
+    #[serde(default)]
+    pub snapshots: Vec<usize>,
     /// Metres travelled, one a step.
     pub travelled_m: Vec<f64>,
     /// True place, one a step: along the route, or x, y (metres) and heading (radians).
@@ -133,6 +136,13 @@ impl BeliefTraces {
             };
             if steps == 0 || trial.truth.len() != steps || trial.truth.iter().any(short) {
                 return Err(format!("trial {}: steps without places", trial.number));
+            }
+            if ![0, steps].contains(&trial.snapshots.len()) {
+                return Err(format!(
+                    "trial {}: {} snapshots for {steps} steps",
+                    trial.number,
+                    trial.snapshots.len()
+                ));
             }
             if trial.systems.len() != self.systems.len() || !trial.systems.iter().all(fits) {
                 return Err(format!(

@@ -135,6 +135,7 @@ impl<'a> Watch<'a> {
         TracedTrial {
             number,
             kept_as,
+            snapshots: snapshots.to_vec(),
             travelled_m: all_rounded(&trial.travelled_m[..snapshots.len()]),
             truth: truth.collect(),
             systems: Vec::new(),

@@ -22,7 +22,7 @@ pub fn belief_parts(title: &str, record: &Record) -> Result<Vec<Part>> {
     let Some(traces) = &record.beliefs else {
         return Ok(Vec::new());
     };
-    let shown = shown(record, traces);
+    let shown = systems_at_first(record, traces);
     let mut parts = vec![Part::Heading("The belief, step by step".into())];
     parts.extend(player(traces, &shown)?);
     parts.push(Part::Heading("Where it fails".into()));
@@ -34,8 +34,9 @@ pub fn belief_parts(title: &str, record: &Record) -> Result<Vec<Part>> {
     Ok(parts)
 }
 
-/// The first system, its best rival, who works from the occupancy map, and the last, which is odometry alone by default.
-fn shown(record: &Record, traces: &BeliefTraces) -> Vec<usize> {
+/// The systems that are seen at first: the first, its best rival, who works from the occupancy map, and the last, which is odometry alone
+/// by default.
+pub fn systems_at_first(record: &Record, traces: &BeliefTraces) -> Vec<usize> {
     let named = |name: &str| traces.systems.iter().position(|system| system[0] == name);
     let rival = best_rival::name(record).and_then(named);
     let last = traces.systems.len().checked_sub(1);
