@@ -1,7 +1,10 @@
 //! Which training places are nearest to a place: the map asks it, and so does any likelihood made from raw snapshots.
 
 use super::places::Places;
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    geometry::Pose,
+};
 use rayon::prelude::*;
 use rstar::{RTree, primitives::GeomWithData};
 use serde::{Deserialize, Serialize};
@@ -61,15 +64,14 @@ impl Neighbours {
     pub fn find(training: &Places, queries: &Places, nearness: &Nearness) -> Result<Self> {
         nearness.check(training.len())?;
         let rho = nearness.metres_per_radian;
-        let (entries, queries): (Vec<Entry>, Vec<[f64; 3]>) = match (training, queries) {
-            (Places::Route(training), Places::Route(queries)) => (
-                training
-                    .iter()
-                    .enumerate()
-                    .map(|(k, &x)| Entry::new([x, 0.0, 0.0], k))
-                    .collect(),
-                queries.iter().map(|&x| [x, 0.0, 0.0]).collect(),
-            ),
+        let found: Vec<(usize, f64)> = match (training, queries) {
+            (Places::Route(training), Places::Route(queries)) => {
+                let line = Line::new(training);
+                let queries = queries.par_iter();
+                queries
+                    .flat_map_iter(|x| line.nearest(*x, nearness.k))
+                    .collect()
+            }
             (Places::Plane(training), Places::Plane(queries)) => {
                 // 359° and 1° are near: each place is there three times, a round apart.
                 let copies = |k: usize| {
@@ -78,13 +80,12 @@ impl Neighbours {
                     [-TAU, 0.0, TAU]
                         .map(|round| Entry::new([pose.x_m, pose.y_m, rho * (heading + round)], k))
                 };
-                (
-                    (0..training.len()).flat_map(copies).collect(),
-                    queries
-                        .iter()
-                        .map(|p| [p.x_m, p.y_m, rho * p.heading_rad.rem_euclid(TAU)])
-                        .collect(),
-                )
+                let tree = RTree::bulk_load((0..training.len()).flat_map(copies).collect());
+                let at = |p: &Pose| [p.x_m, p.y_m, rho * p.heading_rad.rem_euclid(TAU)];
+                let queries = queries.par_iter();
+                queries
+                    .flat_map_iter(|pose| nearest(&tree, &at(pose), nearness.k))
+                    .collect()
             }
             _ => {
                 return Err(Error::work(
@@ -92,11 +93,6 @@ impl Neighbours {
                 ));
             }
         };
-        let tree = RTree::bulk_load(entries);
-        let found: Vec<(usize, f64)> = queries
-            .par_iter()
-            .flat_map_iter(|query| nearest(&tree, query, nearness.k))
-            .collect();
         Ok(Self {
             k: nearness.k,
             reach_m: nearness.reach_m,
@@ -165,6 +161,46 @@ impl Nearness {
     }
 }
 
+/// Places along a route in the order of the route. A tree over one dimension of three would have boxes that all overlap.
+struct Line(Vec<(f64, usize)>);
+
+impl Line {
+    fn new(places: &[f64]) -> Self {
+        let mut all: Vec<(f64, usize)> = places.iter().copied().zip(0..).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self(all)
+    }
+
+    /// The k nearest and their distances; of equally near ones the earlier.
+    fn nearest(&self, x: f64, k: usize) -> Vec<(usize, f64)> {
+        let mut above = self.0.partition_point(|(at, _)| *at < x);
+        let mut below = above;
+        let square = |place: usize| self.0.get(place).map(|(at, _)| (at - x) * (at - x));
+        let mut found: Vec<(f64, usize)> = Vec::with_capacity(k + 1);
+        loop {
+            let left = below.checked_sub(1).and_then(square);
+            let right = square(above);
+            let (next, square) = match (left, right) {
+                (None, None) => break,
+                (Some(left), right) if right.is_none_or(|right| left <= right) => {
+                    below -= 1;
+                    (below, left)
+                }
+                (_, right) => {
+                    above += 1;
+                    (above - 1, right.unwrap_or(f64::INFINITY))
+                }
+            };
+            // All that are as near as the k-th are looked at.
+            if found.len() >= k && square > found[k - 1].0 {
+                break;
+            }
+            found.push((square, self.0[next].1));
+        }
+        first(found, k)
+    }
+}
+
 /// The k nearest and their distances. The tree gives equally near ones in an order of its own, so all that are as near as
 /// the k-th are looked at.
 fn nearest(tree: &RTree<Entry>, query: &[f64; 3], k: usize) -> Vec<(usize, f64)> {
@@ -179,6 +215,11 @@ fn nearest(tree: &RTree<Entry>, query: &[f64; 3], k: usize) -> Vec<(usize, f64)>
         }
         found.push((square, entry.data));
     }
+    first(found, k)
+}
+
+/// The first k of what was found, nearest first, of equally near ones the earlier, with their distances.
+fn first(mut found: Vec<(f64, usize)>, k: usize) -> Vec<(usize, f64)> {
     found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     found.truncate(k);
     found
@@ -190,7 +231,7 @@ fn nearest(tree: &RTree<Entry>, query: &[f64; 3], k: usize) -> Vec<(usize, f64)>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{geometry::Pose, seed::Seed};
+    use crate::seed::Seed;
     use rand::RngExt;
 
     fn scattered(name: &str, n: usize) -> Places {
@@ -224,6 +265,33 @@ mod tests {
             mapped += usize::from(near.is_mapped(q));
         }
         assert!(mapped > 20 && mapped < 180, "{mapped}");
+    }
+
+    #[test]
+    fn agree_with_brute_force_along_a_route() {
+        let mut random = Seed(4).stream("route");
+        // Coarse, so that many are equally near, and some are at one place.
+        let mut route = |n: usize| -> Vec<f64> {
+            let mut place = || (random.random::<f64>() * 60.0).round() / 4.0 - 2.0;
+            (0..n).map(|_| place()).collect()
+        };
+        let (training, queries) = (route(300), route(200));
+        let places = |route: &Vec<f64>| Places::Route(route.clone());
+        for k in [1, 5, 300] {
+            let nearness = Nearness {
+                k,
+                ..Nearness::default()
+            };
+            let near = Neighbours::find(&places(&training), &places(&queries), &nearness).unwrap();
+            for (q, x) in queries.iter().enumerate() {
+                let far = |t: usize| (training[t] - x).abs();
+                let mut order: Vec<usize> = (0..training.len()).collect();
+                order.sort_by(|&a, &b| far(a).total_cmp(&far(b)).then(a.cmp(&b)));
+                assert_eq!(near.of(q), &order[..k], "query {q}, {k} nearest");
+                let distances = order[..k].iter().map(|&t| far(t));
+                assert_eq!(near.distance_m(q), Vec::from_iter(distances));
+            }
+        }
     }
 
     #[test]

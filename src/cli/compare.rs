@@ -3,7 +3,7 @@
 use super::{
     Outcome,
     files::{in_json, make_writable, write_json, write_text},
-    page::write_page,
+    page::{CONFIG, write_page},
     picture::write_picture,
     print,
     progress::Progress,
@@ -137,7 +137,7 @@ pub(super) fn tell(
     if let Some(folder) = out {
         if is_new {
             write_json(&folder.join("comparison.json"), comparison)?;
-            write_json(&folder.join("config.json"), &resolved(record))?;
+            write_json(&folder.join(CONFIG), &resolved(record))?;
             let beliefs = comparison.beliefs();
             if beliefs.iter().any(Option::is_some) {
                 write_json(&folder.join(PLAYER), &beliefs)?;

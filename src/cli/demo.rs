@@ -2,7 +2,7 @@
 
 use super::{
     Outcome, features,
-    files::write_text,
+    files::{write_for_readers, write_json, write_text},
     localise::{self, with_bar, write_config, write_report},
     page::{PAGE, call, write_page},
     picture::write_picture,
@@ -101,7 +101,13 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let ([record, crowded], config) = localise(&arguments, &models, &recording)?;
     write_report(folder, "Simulated corridor", &record)?;
     let among_people = tables::figures(&crowded).csv();
-    write_text(&folder.join("localisation_among_people.csv"), &among_people)?;
+    let name = "localisation_among_people";
+    write_text(&folder.join(format!("{name}.csv")), &among_people)?;
+    write_for_readers(folder, name, &tables::brief_table(&crowded))?;
+    write_json(
+        &folder.join(format!("{name}.json")),
+        &tables::json(&crowded, None)?,
+    )?;
     let mut parts = vec![Part::Heading("Localisation on unseen runs".into())];
     parts.extend(tables::page_parts("Simulated corridor", &record)?);
     parts.push(Part::Heading(
@@ -131,8 +137,8 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     );
     let json = || -> Result<serde_json::Value> {
         let seconds = started.elapsed().as_secs_f64();
-        let mut all = tables::json(&record, seconds)?;
-        all["among_people"] = tables::json(&crowded, seconds)?;
+        let mut all = tables::json(&record, Some(seconds))?;
+        all["among_people"] = tables::json(&crowded, Some(seconds))?;
         Ok(all)
     };
     print(&if arguments.json {

@@ -1,10 +1,12 @@
 //! `ballmark features`: the output of each filter at every snapshot.
 
+mod folder;
+
 use super::{
     Outcome,
     dataset::{answers, check_numbers, read, warn_of_other_sensors},
     files::{make_writable, write_text},
-    page::{PAGE, call, write_page},
+    page::PAGE,
     picture::write_picture,
     print,
 };
@@ -14,9 +16,10 @@ use crate::{
     experiment::configuration::Experiment,
     model::{Model, ModelBank},
     recording::Recording,
-    report::{Cell, Curve, Page, Panel, Part, Table, Trace, scatter_plot, stacked_plot},
+    report::{Curve, Panel, Trace, scatter_plot, stacked_plot},
     storage,
 };
+use folder::{Set, shares};
 use ndarray::{Array2, Axis};
 use std::{
     fmt::Write,
@@ -42,7 +45,8 @@ pub struct Arguments {
     /// Configuration of the training; its section [degraded] says by which sensor the dataset is seen.
     #[arg(long, value_name = "C.toml")]
     config: Option<PathBuf>,
-    /// Folder for a page to look at (index.html) with the plots.
+    /// Folder for a page to look at (index.html), how often each feature is seen (JSON, text, CSV, Markdown, LaTeX), the plots (SVG, PNG)
+    /// and the model's configuration.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
     /// CSV file to write.
@@ -73,7 +77,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
     let is_bank = models.len() > 1;
     let mut columns = Vec::new();
     let mut all = Array2::zeros((recording.len(), 0));
-    let (mut parts, mut plotted) = (Vec::new(), Vec::new());
+    let mut sets = Vec::new();
     for model in &models {
         let prior = model.header.prior;
         let answers = answers(model, &recording).map_err(|e| e.in_file(&arguments.dataset))?;
@@ -83,23 +87,23 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
             false => String::new(),
         };
         columns.extend(numbered(&before, answers.ncols()));
-        let title = format!("Filters for uncertainty {prior}");
-        let plots = plots(&title, &recording, &answers)?;
-        parts.extend(page_parts(
-            is_bank.then_some(title),
-            &recording,
-            &answers,
-            &plots,
-        ));
-        plotted.extend(plots);
+        sets.push(Set {
+            header: &model.header,
+            shares: shares(&answers),
+            plots: plots(
+                &format!("Filters for uncertainty {prior}"),
+                &recording,
+                &answers,
+            )?,
+        });
         all.append(Axis(1), answers.view())
             .map_err(|e| Error::work(format!("features of {prior}: {e}")))?;
     }
     let output = &arguments.output;
     write_text(output, &csv(&recording, &columns, &all))?;
-    let (sets, features) = (models.len(), all.ncols() / models.len().max(1));
+    let features = all.ncols() / sets.len().max(1);
     let what = match is_bank {
-        true => format!("{sets} sets of {features} features"),
+        true => format!("{} sets of {features} features", sets.len()),
         false => format!("{features} features"),
     };
     let mut summary = format!(
@@ -111,38 +115,21 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         if features > MAX_PICTURED {
             summary += &format!("plots: the first {MAX_PICTURED} features\n");
         }
-        for (ending, picture) in plotted {
+        for (ending, picture) in sets.iter().flat_map(|set| &set.plots) {
             let mut name = output.with_extension("").into_os_string();
             name.push(ending);
-            write_picture(Path::new(&name), &picture)?;
+            write_picture(Path::new(&name), picture)?;
             let name = Path::new(&name).display();
             summary += &format!("{name}.svg, {name}.png: their plot\n");
         }
     }
     if let Some(folder) = &arguments.report {
-        let title = match &models[..] {
-            [model] => format!("Filters for uncertainty {}", model.header.prior),
-            _ => format!("A bank of {sets} sets of filters"),
-        };
-        let headers: Vec<_> = models.iter().map(|model| &model.header).collect();
-        let content = Page {
-            title,
-            summary: vec![format!(
-                "{what} in {} snapshots of {}; pictured are the first {MAX_PICTURED} at most.",
-                recording.len(),
-                arguments.dataset.display()
-            )],
-            command: call(),
-            parts,
-            config: vec![(
-                "Model".into(),
-                match &headers[..] {
-                    [header] => to_json(header)?,
-                    _ => to_json(&headers)?,
-                },
-            )],
-        };
-        write_page(folder, &content)?;
+        let summary_of_page = format!(
+            "{what} in {} snapshots of {}; pictured are the first {MAX_PICTURED} at most.",
+            recording.len(),
+            arguments.dataset.display()
+        );
+        folder::write(folder, &recording, &sets, summary_of_page)?;
         summary += &format!("{}: all of it to look at\n", folder.join(PAGE).display());
     }
     print(&summary)?;
@@ -152,56 +139,6 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
 /// A set's name in a header of CSV, which has commas of its own: `2m`, `2m_0.3rad`.
 fn column_name(prior: Uncertainty) -> String {
     prior.to_string().replace(',', "_")
-}
-
-/// A set of filters on a page, below its heading where it is one of several.
-fn page_parts(
-    heading: Option<String>,
-    recording: &Recording,
-    answers: &Array2<f32>,
-    plots: &[(String, String)],
-) -> Vec<Part> {
-    let mut parts: Vec<Part> = heading.map(Part::Heading).into_iter().collect();
-    parts.push(Part::table("How often each is seen", shares(answers)));
-    let (caption, alt) = match recording.route_m() {
-        Some(_) => (
-            "Output of each filter along the last run.",
-            "Probability that each feature is seen, along the route",
-        ),
-        None => (
-            "Output of a filter over the plan.",
-            "Probability that a feature is seen, over the plan",
-        ),
-    };
-    let pictures = plots.iter();
-    parts.extend(pictures.map(|(_, picture)| Part::picture(caption, alt, picture.clone())));
-    parts
-}
-
-/// How often each feature is seen, by its probabilities and by the snapshots at which it is more likely than not.
-fn shares(answers: &Array2<f32>) -> Table {
-    let mut table = Table::new([
-        "feature",
-        "mean P(f = 1)",
-        "P(f = 1) above ½, % of snapshots",
-    ]);
-    for (i, column) in answers.columns().into_iter().enumerate() {
-        let (count, sum) = (
-            column.len().max(1) as f64,
-            column.iter().map(|&p| f64::from(p)).sum::<f64>(),
-        );
-        let seen = column.iter().filter(|p| **p > 0.5).count() as f64;
-        table.row([
-            Cell::Text(format!("f{}", i + 1)),
-            Cell::Number(sum / count, 3),
-            Cell::Number(100.0 * seen / count, 1),
-        ]);
-    }
-    table
-}
-
-fn to_json(value: &impl serde::Serialize) -> Result<String> {
-    serde_json::to_string_pretty(value).map_err(|e| Error::work(format!("the model's header: {e}")))
 }
 
 /// Features that are pictured: more are not worth looking at one by one; the table has them all.

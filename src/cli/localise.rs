@@ -48,7 +48,8 @@ pub struct Arguments {
     /// baselines need it.
     #[arg(long, value_name = "T.npz", num_args = 1..)]
     trained_on: Vec<PathBuf>,
-    /// Folder for a page to look at (index.html), the figures (CSV) and the pictures (SVG, PNG).
+    /// Folder for a page to look at (index.html), the record (JSON), the tables (text, CSV, Markdown, LaTeX), the pictures (SVG, PNG)
+    /// and the resolved configuration.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// File for a recording of the page's trials for the viewer Rerun (rerun.io): map, scans, beliefs, answers, features and errors, step by
@@ -178,7 +179,7 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         write_page(folder, &content)?;
     }
     if arguments.json {
-        print(&format!("{}\n", tables::json(&record, seconds)?))?;
+        print(&format!("{}\n", tables::json(&record, Some(seconds))?))?;
     } else {
         let mut table = tables::table(&record);
         if let Some(degraded) = &record.degraded {
@@ -238,8 +239,12 @@ pub(super) fn with_bar(
     Ok(record)
 }
 
-/// Table, curves, pictures and kept beliefs of a record, in a folder that exists.
+/// Record, tables, curves, pictures and kept beliefs, in a folder that exists.
 pub(super) fn write_report(folder: &Path, title: &str, record: &Record) -> Result<()> {
+    write_json(
+        &folder.join("localisation.json"),
+        &tables::json(record, None)?,
+    )?;
     if let Some(beliefs) = &record.beliefs {
         write_json(&folder.join("player.json"), beliefs)?;
     }

@@ -10,6 +10,9 @@ use std::{ffi::OsString, path::Path, sync::OnceLock};
 /// What a report's page is called.
 pub(super) const PAGE: &str = "index.html";
 
+/// What the file is called that has all that decided a result.
+pub(super) const CONFIG: &str = "config.json";
+
 static CALL: OnceLock<String> = OnceLock::new();
 
 /// Keeps the call's arguments, the program's name the first of them, once.

@@ -4,7 +4,7 @@ use super::{
     Outcome,
     compare::{sheets_text, write_sheets},
     files::{in_json, make_writable, write_json},
-    page::write_page,
+    page::{CONFIG, write_page},
     picture::write_picture,
     print,
     progress::Progress,
@@ -129,7 +129,7 @@ fn tell(
         if is_new {
             let record = format!("{}.json", reproduction.paper);
             write_json(&folder.join(record), reproduction)?;
-            write_json(&folder.join("config.json"), &resolved(reproduction))?;
+            write_json(&folder.join(CONFIG), &resolved(reproduction))?;
         }
         write_sheets(folder, &sheets, &captions)?;
         let pictures = reproduction::pictures(reproduction)?;
@@ -256,7 +256,7 @@ fn write_and_print(
 ) -> Result<Outcome> {
     if let Some(folder) = out {
         write_json(&folder.join(format!("{name}.json")), record)?;
-        write_json(&folder.join("config.json"), config)?;
+        write_json(&folder.join(CONFIG), config)?;
         write_sheets(folder, sheets, &[])?;
         for (name, svg) in &pictures {
             write_picture(&folder.join(name), svg)?;

@@ -3,8 +3,8 @@
 use super::{
     Outcome,
     compare::write_sheets,
-    files::{make_writable, write_json},
-    page::write_page,
+    files::{make_writable, write_json, write_text},
+    page::{CONFIG, call, write_page},
     picture::write_picture,
     print,
     progress::PatientProgress,
@@ -54,8 +54,8 @@ pub struct Arguments {
     /// Optional column of the metres travelled.
     #[arg(long, value_name = "NAME", default_value = "distance_m")]
     distance: String,
-    /// Folder for a page to look at (index.html), the verdict (JSON), the tables (text, CSV, Markdown, LaTeX) and the picture of
-    /// responses against locations (SVG, PNG).
+    /// Folder for a page to look at (index.html), the verdict (JSON), the tables (text, CSV, Markdown, LaTeX), the picture of
+    /// responses against locations (SVG, PNG) and the resolved configuration.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// One JSON object instead of tables.
@@ -104,7 +104,15 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         protocol: ProtocolRecord::of_responses(&responses),
     };
     if let Some(folder) = &arguments.out {
-        write(folder, &arguments.responses, &responses, &record)?;
+        let config = serde_json::json!({
+            "crate_version": env!("CARGO_PKG_VERSION"),
+            "responses": arguments.responses,
+            "columns": names,
+            "effort": effort,
+            "seed": arguments.seed,
+        });
+        let config = format!("{config:#}\n");
+        write(folder, &arguments.responses, &responses, &record, config)?;
     }
     if arguments.json {
         let json = serde_json::to_string_pretty(&record)
@@ -126,7 +134,14 @@ struct Record<'a> {
 }
 
 /// Writes everything to a folder.
-fn write(folder: &Path, file: &Path, responses: &Responses, record: &Record) -> Result<()> {
+fn write(
+    folder: &Path,
+    file: &Path,
+    responses: &Responses,
+    record: &Record,
+    config: String,
+) -> Result<()> {
+    write_text(&folder.join(CONFIG), &config)?;
     write_json(&folder.join("score.json"), record)?;
     let verdict = record.verdict;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
@@ -164,8 +179,9 @@ fn write(folder: &Path, file: &Path, responses: &Responses, record: &Record) -> 
     let content = Page {
         title: format!("What the responses of {name} tell about the place"),
         summary: vec![verdict_in_words(verdict)],
+        command: call(),
         parts,
-        ..Page::default()
+        config: vec![(CONFIG.into(), config)],
     };
     write_page(folder, &content)
 }

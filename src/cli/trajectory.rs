@@ -18,6 +18,7 @@ use crate::{
     storage,
 };
 use clap::builder::PossibleValuesParser;
+use folder::Records;
 use runs::{RunConfig, TrajectoryExperiment};
 use std::path::{Path, PathBuf};
 
@@ -183,7 +184,17 @@ pub fn run(arguments: Arguments) -> Result<Outcome> {
         text = format!("{text}\n{}", conditions_text(framework, &conditions));
     }
     if let Some(folder) = &arguments.report {
-        folder::write(folder, &all, &json, (&text, tables))?;
+        let config = serde_json::json!({
+            "crate_version": env!("CARGO_PKG_VERSION"),
+            "run": runs,
+            "options": options,
+            "framework": framework,
+        });
+        let records = Records {
+            result: &json,
+            config: &config,
+        };
+        folder::write(folder, &all, records, (&text, tables))?;
     }
     match arguments.json {
         true => print(&format!("{json:#}\n"))?,

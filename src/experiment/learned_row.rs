@@ -3,6 +3,7 @@
 use super::{
     method::{AnswersBy, FeatureAnswers, Method, method},
     methods::MethodContext,
+    single_snapshot::Judged,
 };
 use crate::{
     belief::{Evidence, FeatureMap, GridMap, Places},
@@ -98,20 +99,29 @@ fn at_every_pose<'a>(
     let Some(map) = model.code_map(&context.grid, as_bits)? else {
         return Ok(None);
     };
-    let Some(at_candidates) = model.at_every_pose(candidates)? else {
-        return Ok(None);
+    let at_candidates = match context.priors.is_empty() {
+        true => None,
+        false => match model.at_every_pose(candidates)? {
+            None => return Ok(None),
+            known => known,
+        },
     };
     let detector = looking(context, model);
     let on_run = FeatureAnswers::of_run(&detector, context.parts.run)?;
-    let at_candidates = map.as_kept(at_candidates.values.view()).mapv(f64::from);
-    let at_candidates = Arc::new(GridMap::new(at_candidates)?);
     let source = context.parts.source.as_ref();
     let on_source = source.map(|source| detector.probabilities(&source.recording));
     let answers = FeatureAnswers {
         source: on_source.transpose()?,
         ..on_run
     };
-    let judged = context.held_out_by_features(&answers, &at_candidates, Evidence::MeanField)?;
+    let judged = match at_candidates {
+        None => Judged::default(),
+        Some(known) => {
+            let known = map.as_kept(known.values.view()).mapv(f64::from);
+            let known = Arc::new(GridMap::new(known)?);
+            context.held_out_by_features(&answers, &known, Evidence::MeanField)?
+        }
+    };
     let map = Arc::new(map);
     let prepared = |answers| Arc::new(PreparedEveryPose::new(answers, Arc::clone(&map)));
     Ok(Some(Method {

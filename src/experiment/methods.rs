@@ -6,6 +6,7 @@ use super::{
     mapped::Mapped,
     method::{AnswersBy, FeatureAnswers, Method, method},
     parts::{Parts, TrainingSource},
+    single_snapshot::Judged,
 };
 use crate::{
     belief::{Evidence, FeatureMap, Grid, Neighbours, Uncertainty},
@@ -59,7 +60,7 @@ pub struct MethodContext<'a> {
     pub grid: Arc<Grid>,
     /// Training places near every cell.
     pub cells: Arc<Neighbours>,
-    /// Priors for the single-snapshot figures: ±2 m, global, and what the models were trained for.
+    /// Priors for the single-snapshot figures: ±2 m, global, and what the models were trained for. None: no such figures are made.
     pub priors: Vec<Uncertainty>,
     /// Are beliefs kept along a few trials, for readers to watch ([`Record::beliefs`](super::localisation::Record::beliefs))?
     pub keeps_beliefs: bool,
@@ -229,8 +230,13 @@ impl<'a> MethodContext<'a> {
         bytes_per_place: usize,
         (answers, map, evidence): (FeatureAnswers, FeatureMap, Evidence),
     ) -> Result<Method<'a>> {
-        let at_candidates = Arc::new(map.at(&self.mapped.places)?);
-        let judged = self.held_out_by_features(&answers, &at_candidates, evidence)?;
+        let judged = match self.priors.is_empty() {
+            true => Judged::default(),
+            false => {
+                let at_candidates = Arc::new(map.at(&self.mapped.places)?);
+                self.held_out_by_features(&answers, &at_candidates, evidence)?
+            }
+        };
         let at_cells = match *map.places() == self.mapped.places {
             true => map.from_neighbours(&self.cells),
             false => map.at(self.grid.places()),

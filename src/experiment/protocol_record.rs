@@ -71,6 +71,11 @@ impl ProtocolRecord {
         ])
     }
 
+    /// Of a recording as a whole, by the sensor that it is seen by.
+    pub fn of_recording(recording: &Recording) -> Self {
+        Self::new([("data", data(recording)), ("sensor", sensor(recording))])
+    }
+
     /// Of localisation trials.
     pub(super) fn of_trials(context: &MethodContext, trials: &[Trial]) -> Self {
         let (parts, config) = (context.parts, context.config);

@@ -35,8 +35,8 @@ fn mapped_stretches(
     part: &[usize],
 ) -> Result<Vec<Range<usize>>> {
     let mapped = &context.mapped;
-    let near = Neighbours::find(&mapped.places, places, &mapped.map.nearness)?;
-    let is_mapped = |k: usize| near.is_mapped(k);
+    let near = Neighbours::find(&mapped.places, &places.select(part), &mapped.map.nearness)?;
+    let is_mapped = |k: usize| part.binary_search(&k).is_ok_and(|row| near.is_mapped(row));
     let longest_gap_m = context.config.longest_gap_m;
     Ok(trials::stretches(recording, part, is_mapped, longest_gap_m))
 }

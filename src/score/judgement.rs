@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::hash::Hash;
 
 /// How many random tables are drawn to judge one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Effort {
     /// Permutations for the p-value; 0: no p-value.
     pub permutations: u64,

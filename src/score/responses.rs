@@ -6,6 +6,7 @@ use crate::{
     error::{Error, Result},
     storage,
 };
+use serde::Serialize;
 use std::{collections::HashMap, io::Read, path::Path};
 
 /// Letters of a cell or a name that a message quotes.
@@ -14,7 +15,7 @@ const SHOWN: usize = 40;
 const LISTED: usize = 12;
 
 /// What the columns of a table of responses are called.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ColumnNames {
     /// What the system answered.
     pub response: String,

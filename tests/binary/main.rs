@@ -23,6 +23,7 @@ mod model;
 mod page;
 mod pretrain;
 mod remembered;
+mod reports;
 mod reproduce;
 mod rerun;
 mod score;

@@ -38,7 +38,7 @@ pub fn played(html: &str) -> Value {
 }
 
 /// A light that tells places apart along 30 m, in eight runs, and a model of it.
-fn workplace() -> Workplace {
+pub fn workplace() -> Workplace {
     let place = Workplace::new();
     let mut text = String::from("time_s,x_m,y_m,heading_rad,route_m,run,light.0,light.1\n");
     for k in 0..480 {

@@ -1,7 +1,12 @@
 //! What `--report` writes: everything that is known of some runs.
 
 use crate::{
-    cli::{compare::write_sheets, files::write_text, page::write_page, picture::write_picture},
+    cli::{
+        compare::write_sheets,
+        files::write_text,
+        page::{CONFIG, call, write_page},
+        picture::write_picture,
+    },
     error::Result,
     geometry::Pose,
     report::{
@@ -13,6 +18,14 @@ use crate::{
 };
 use std::{collections::BTreeSet, path::Path};
 
+/// What programs read.
+pub(super) struct Records<'a> {
+    /// All figures.
+    pub result: &'a serde_json::Value,
+    /// All that decided them.
+    pub config: &'a serde_json::Value,
+}
+
 /// Writes it into a folder that exists.
 ///
 /// # Errors
@@ -20,7 +33,7 @@ use std::{collections::BTreeSet, path::Path};
 pub(super) fn write(
     folder: &Path,
     all: &RunsEvaluation,
-    json: &serde_json::Value,
+    records: Records,
     (text, tables): (&str, Vec<Table>),
 ) -> Result<()> {
     let sheets: Vec<Sheet> = (1..)
@@ -39,7 +52,10 @@ pub(super) fn write(
         })
         .collect();
     write_sheets(folder, &sheets, &[])?;
-    write_text(&folder.join("trajectory.json"), &format!("{json:#}\n"))?;
+    let json = format!("{:#}\n", records.result);
+    write_text(&folder.join("trajectory.json"), &json)?;
+    let config = format!("{:#}\n", records.config);
+    write_text(&folder.join(CONFIG), &config)?;
     write_text(&folder.join("trajectory.txt"), text)?;
     let mut parts: Vec<Part> = sheets
         .into_iter()
@@ -72,7 +88,11 @@ pub(super) fn write(
     let content = Page {
         title: format!("Trajectories: {}", runs.join(", ")),
         parts,
-        config: vec![("Result as text".into(), text.to_string())],
+        command: call(),
+        config: vec![
+            ("Result as text".into(), text.to_string()),
+            (CONFIG.into(), config),
+        ],
         ..Page::default()
     };
     write_page(folder, &content)

@@ -5,7 +5,7 @@ use crate::{
     score::prediction_correction::{FrameworkReport, RunConditions},
     toml_file::TomlFile,
 };
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::{
     collections::BTreeSet,
     path::{Path, PathBuf},
@@ -22,7 +22,7 @@ pub struct TrajectoryExperiment {
 }
 
 /// A run: its files, beside the TOML, and its conditions.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RunConfig {
     /// What tables call it; not said: as the file of its estimate is called, without the ending.

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// What is known of the localiser and of the truth beside their poses.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct MetricOptions {
     /// Precision of the real poses; none: not stated, so errors can't be held against it.
     pub truth_precision: Option<Precision>,

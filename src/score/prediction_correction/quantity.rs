@@ -31,7 +31,7 @@ pub struct PositionHeading {
 /// assert!("0.2m,0.1m".parse::<Edges>().is_err());
 /// # Ok::<(), ballmark::Error>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Edges {
     /// Metres; none: quartiles of what there is.
     pub position_m: Vec<f64>,

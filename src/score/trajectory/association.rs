@@ -2,10 +2,11 @@
 
 use super::Trajectory;
 use crate::error::{Error, Result};
+use serde::Serialize;
 use std::collections::BTreeSet;
 
 /// How poses are paired by their time stamps; the defaults are those of `evo`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Matching {
     /// Seconds that the stamps of a pair may differ by.
     pub max_difference_s: f64,

@@ -17,7 +17,7 @@ use serde::Serialize;
 pub const LEAST_COMPLETENESS: f64 = 0.9;
 
 /// How an estimate is judged.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct EvaluationOptions {
     /// How poses are paired.
     pub matching: Matching,
