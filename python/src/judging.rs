@@ -68,7 +68,7 @@ pub fn localise(
     });
     let record = waiting.done(record.map_err(raised))?;
     let seconds = started.elapsed().as_secs_f64();
-    let json = tables::json(&record, seconds).map_err(raised)?;
+    let json = tables::json(&record, Some(seconds)).map_err(raised)?;
     Ok((json.to_string(), tables::table(&record).text()))
 }
 

@@ -26,7 +26,7 @@ use ndarray::{Array2, ArrayView2, Axis};
 use rayon::prelude::*;
 
 /// Snapshots that networks answer at once.
-const AT_ONCE: usize = 2048;
+pub(crate) const AT_ONCE: usize = 2048;
 
 /// The learned detector: preprocessing and networks together.
 pub struct NetDetector {

@@ -87,7 +87,7 @@ pub(super) fn kernel_views<'a>(
         of_map.extend(drawn(&source.recording, &source.training)?);
         let distances = |asked: &Asked| least_mean_squares(asked.recorded.view(), &of_map);
         let method = scans.method(context, &of_map, &distances, &|_| Ok(Vec::new()));
-        return Ok(titled(method?, views));
+        return Ok(with_views(method?, views));
     }
     let of_run = drawn(context.parts.run, &context.parts.unseen)?;
     let of_validation = drawn(&source.recording, &source.validation)?;
@@ -106,13 +106,43 @@ pub(super) fn kernel_views<'a>(
     };
     let moved = |k: usize| drawn(context.parts.run, &[k]);
     let method = scans.method(context, &of_map, &distances, &moved)?;
-    Ok(titled(method, views))
+    Ok(with_views(method, views))
 }
 
-fn titled(method: Method, views: usize) -> Method {
+/// What the kernel of recorded scans is called.
+pub(super) const KERNEL: &str = "raw-scan kernel";
+
+/// What the kernel of so many views is called.
+pub(super) fn titled(views: usize) -> String {
+    format!("kernel, {views} views")
+}
+
+/// Bytes of a table of distances at most: two of them are kept.
+const MOST_BYTES: usize = 4 << 30;
+
+/// Is a table of the distances of so many snapshots from so many scans small enough? It grows with the square of a log's length.
+///
+/// # Errors
+/// Where it is too large, in words.
+fn check_size(snapshots: usize, scans: usize) -> Result<()> {
+    let bytes = snapshots
+        .saturating_mul(scans)
+        .saturating_mul(size_of::<f32>());
+    match bytes > MOST_BYTES {
+        false => Ok(()),
+        true => Err(Error::work(format!(
+            "the distances of {snapshots} snapshots from {scans} scans would take {:.1} GB; expected {:.1} GB at most, as of a \
+             shorter or a thinner log",
+            bytes as f64 / 1e9,
+            MOST_BYTES as f64 / 1e9
+        ))),
+    }
+}
+
+fn with_views(method: Method, views: usize) -> Method {
     Method {
         name: "kernel_views".into(),
-        title: format!("kernel, {views} views"),
+        title: titled(views),
         ..method
     }
 }
@@ -139,6 +169,10 @@ struct Scans {
 impl Scans {
     fn of(context: &MethodContext) -> Result<Self> {
         let source = context.source()?;
+        check_size(
+            context.parts.unseen.len().max(source.validation.len()),
+            source.training.len(),
+        )?;
         let config = InputConfig {
             sector_values: vec![SectorValue::Nearest],
             ..context.mapped.input.clone()
@@ -223,10 +257,26 @@ impl Scans {
             held_out,
             ..method(
                 "kernel",
-                "raw-scan kernel",
+                KERNEL,
                 Some(size_of::<f32>() * values),
                 AnswersBy::PreparedSensor(Arc::new(sensor)),
             )
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_that_no_memory_holds_is_refused() {
+        check_size(5_000, 20_000).unwrap();
+        let fault = check_size(250_000, 750_000).unwrap_err().to_string();
+        assert!(
+            fault.contains("250000 snapshots from 750000 scans would take 750.0 GB"),
+            "{fault}"
+        );
+        assert!(check_size(usize::MAX, 2).is_err());
     }
 }

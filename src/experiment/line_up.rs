@@ -2,7 +2,7 @@
 
 use super::{
     bank_row::bank,
-    kernels::{Moved, VIEWS, kernel, kernel_views, moves_show},
+    kernels::{KERNEL, Moved, VIEWS, kernel, kernel_views, moves_show, titled},
     learned_row::{Rounded, learned_features, random_bits},
     maps::{BEAM, BEAM_MODEL, Field, MAP, PARTICLES, RangeMaps},
     method::Method,
@@ -54,10 +54,14 @@ pub fn line_up<'a>(context: &MethodContext<'a>) -> Result<Vec<Method<'a>>> {
             }
             Err(fault) => all.push(context.left_out("signal_field", SIGNAL_FIELD, &fault)),
         }
-        all.push(kernel(context)?);
+        let played = |method: Result<Method<'a>>, name: &str, title: &str| {
+            method.unwrap_or_else(|fault| context.left_out(name, title, &fault))
+        };
+        all.push(played(kernel(context), "kernel", KERNEL));
         let source = context.source()?;
         if moves_show(&context.mapped.input, &source.recording) {
-            all.push(kernel_views(context, VIEWS, Moved::Map)?);
+            let method = kernel_views(context, VIEWS, Moved::Map);
+            all.push(played(method, "kernel_views", &titled(VIEWS)));
         }
         if n != WIDE_BITS {
             all.push(random_bits(context, n, "random_bits")?);

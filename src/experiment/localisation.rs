@@ -160,6 +160,7 @@ pub fn play(
         cells: context.grid.len(),
         unseen: parts.unseen.len(),
         covered: parts.covered(&context.mapped.places).len(),
+        judged: context.covered().len(),
         unseen_is_validation: parts.unseen_is_validation,
         people: context.config.people(),
         degraded: parts.run.columns().degraded.clone(),

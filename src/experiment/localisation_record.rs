@@ -193,6 +193,10 @@ pub struct Record {
     pub unseen: usize,
     /// See `unseen`.
     pub covered: usize,
+    /// As many of these, evenly chosen, as are judged one by one: each is held against every training place, so of a long log not
+    /// all are. 0 in records of before.
+    #[serde(default)]
+    pub judged: usize,
     /// Is the unseen part the one that stopped the training?
     pub unseen_is_validation: bool,
     /// Share of the range beams of every unseen snapshot that people were put in the way of.

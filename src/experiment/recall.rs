@@ -3,6 +3,7 @@
 use super::{
     method::{AnswersBy, Method},
     methods::MethodContext,
+    single_snapshot::evenly,
 };
 use crate::{
     belief::{BayesFilter, Belief, OdometryMotion},
@@ -34,12 +35,11 @@ pub struct Recalled {
 fn recall(context: &MethodContext, sensor: &dyn PreparedSensorModel) -> Result<Vec<Recalled>> {
     let parts = context.parts;
     let covered = parts.covered(&context.mapped.places);
-    let every = covered.len().div_ceil(SNAPSHOTS).max(1);
     let runs = parts.run.runs();
     let run_of = |k: usize| runs.partition_point(|run| run.end <= k);
     let travelled = parts.run.travelled_m();
     let several = covered.iter().any(|&k| run_of(k) != run_of(covered[0]));
-    let asked: Vec<usize> = covered.into_iter().step_by(every).collect();
+    let asked = evenly(covered, SNAPSHOTS);
     let answer = |&k: &usize| {
         let start = Belief::uniform(context.grid.places())?;
         let mut stream = context.seed().numbered_stream("recall", k as u64);

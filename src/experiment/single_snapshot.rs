@@ -19,6 +19,10 @@ use ndarray::Axis;
 use rayon::prelude::*;
 use std::sync::Arc;
 
+/// Unseen snapshots that are judged at most: each is held against every training place, so that all of a long log would take
+/// time with the square of its length.
+pub(super) const MAX_JUDGED: usize = 4000;
+
 /// Snapshots of the validation part that are enough to choose a power by.
 const MAX_VALIDATED: usize = 300;
 
@@ -216,9 +220,9 @@ impl MethodContext<'_> {
         })
     }
 
-    /// Unseen snapshots at places that training saw.
-    fn covered(&self) -> Vec<usize> {
-        self.parts.covered(&self.mapped.places)
+    /// Unseen snapshots at places that training saw, evenly chosen where there are more than [`MAX_JUDGED`].
+    pub(super) fn covered(&self) -> Vec<usize> {
+        evenly(self.parts.covered(&self.mapped.places), MAX_JUDGED)
     }
 
     /// ln P(s | candidate) of a snapshot, from a sensor model that draws no random numbers.
@@ -253,8 +257,7 @@ impl MethodContext<'_> {
         let source = self.source()?;
         let all = Places::of(&source.recording);
         let validation = covered(&all, &source.validation, &self.mapped.places);
-        let every = validation.len().div_ceil(MAX_VALIDATED).max(1);
-        Ok(validation.into_iter().step_by(every).collect())
+        Ok(evenly(validation, MAX_VALIDATED))
     }
 
     /// Of every prior, the power of a sensor model's evidence that leaves least error of single snapshots of the validation part,
@@ -315,6 +318,12 @@ impl MethodContext<'_> {
             .map(|&prior| score(prior, &counted(prior)))
             .collect()
     }
+}
+
+/// Every second, third, … of some snapshots: as few as leave no more than `most`.
+pub(super) fn evenly(all: Vec<usize>, most: usize) -> Vec<usize> {
+    let every = all.len().div_ceil(most).max(1);
+    all.into_iter().step_by(every).collect()
 }
 
 /// What a factor of a product counts for beside the others, as shares of the power that it has alone.

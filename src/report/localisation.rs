@@ -33,6 +33,17 @@ use crate::{
 };
 use trial_figures::{COUNTS, counts, extra_figures, extra_headers};
 
+/// The snapshots that single-snapshot figures are over.
+fn judged(record: &Record) -> String {
+    let (covered, unseen) = (record.covered, record.unseen);
+    match record.judged {
+        judged if judged > 0 && judged < covered => format!(
+            "{judged} of {unseen} unseen snapshots: evenly chosen of the {covered} at places seen in training"
+        ),
+        _ => format!("{covered} of {unseen} unseen snapshots: those at places seen in training"),
+    }
+}
+
 /// One row a method, and below it what the columns mean.
 pub fn table(record: &Record) -> Table {
     let (mut table, is_marked) = rows(record);
@@ -49,10 +60,13 @@ pub fn table(record: &Record) -> Table {
     ));
     caption_people(&mut table, record);
     table.caption(format!(
-        "{} % = share of the prior error that one snapshot removes,\n  over {} of {} unseen snapshots: those at places seen in training",
-        priors.iter().map(|prior| plus_minus(prior)).collect::<Vec<_>>().join(", "),
-        record.covered,
-        record.unseen
+        "{} % = share of the prior error that one snapshot removes,\n  over {}",
+        priors
+            .iter()
+            .map(|prior| plus_minus(prior))
+            .collect::<Vec<_>>()
+            .join(", "),
+        judged(record)
     ));
     for line in [
         "recall % = unseen snapshots each of which alone, from no idea, makes a place within 1 m\n  of the truth the likeliest of all",

@@ -199,3 +199,12 @@ fn who_only_disturbs_counts_for_little_together() {
         }
     });
 }
+
+#[test]
+fn of_many_every_so_many_are_judged() {
+    let all = |n: usize| Vec::from_iter(0..n);
+    assert_eq!(evenly(all(5), 5), all(5));
+    assert_eq!(evenly(all(6), 5), [0, 2, 4]);
+    assert_eq!(evenly(all(11), 5), [0, 3, 6, 9]);
+    assert!(evenly(Vec::new(), 5).is_empty());
+}

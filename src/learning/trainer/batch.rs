@@ -5,7 +5,10 @@ use super::{
     tensors::{array, tensor},
 };
 use crate::{
-    detector::{net::Nets, stacked},
+    detector::{
+        net::{AT_ONCE, Nets},
+        stacked,
+    },
     error::{Error, Result},
     learning::{
         error_reduction::Errors,
@@ -301,7 +304,20 @@ fn joined<T: Clone>(axis: Axis, parts: &[ArrayView2<T>]) -> Result<Array2<T>> {
 /// # Errors
 /// Where that is no number, which would count as a perfect posterior.
 pub fn answers(nets: &Nets, inputs: Tensor<2>, step: usize) -> Result<Array2<f32>> {
-    let answers = array(nets.forward(inputs))?;
+    let all = inputs.dims()[0];
+    let some = |first: usize| {
+        let rows = first..(first + AT_ONCE).min(all);
+        array(nets.forward(inputs.clone().slice([rows])))
+    };
+    let parts = (0..all).step_by(AT_ONCE).map(some);
+    let parts = parts.collect::<Result<Vec<Array2<f32>>>>()?;
+    let answers = match parts.len() {
+        0 => array(nets.forward(inputs))?,
+        _ => joined(
+            Axis(0),
+            &Vec::from_iter(parts.iter().map(|part| part.view())),
+        )?,
+    };
     match answers.iter().all(|g| g.is_finite()) {
         true => Ok(answers),
         false => Err(no_number(step)),

@@ -16,6 +16,7 @@ pub fn json(record: &Record, seconds: Option<f64>) -> Result<serde_json::Value> 
         "cells": record.cells,
         "unseen": record.unseen,
         "covered": record.covered,
+        "judged": record.judged,
         "unseen_is_validation": record.unseen_is_validation,
         "people": record.people,
         "degraded": record.degraded,
