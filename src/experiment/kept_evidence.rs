@@ -1,7 +1,11 @@
 //! What sensor models said of single snapshots, as it is kept for products of several.
 
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    learning::error_reduction::ErrorReduction,
+};
 use ndarray::Array2;
+use std::sync::Arc;
 
 /// What a sensor model says of single snapshots, and how far it is to be believed: all that a product of several asks of each.
 #[derive(Debug)]
@@ -12,6 +16,15 @@ pub struct SingleSnapshots {
     pub(super) on_validation: Array2<f32>,
     /// Of every prior, the power of least error on the validation part; empty where nothing can be validated.
     pub(super) powers: Vec<f64>,
+}
+
+/// What one snapshot of the unseen part says under every prior, and the evidence behind it, where it is kept.
+#[derive(Debug, Default)]
+pub struct Judged {
+    /// One a prior.
+    pub held_out: Vec<ErrorReduction>,
+    /// For products; none of the exact objective, which has no likelihood, nor where it is too much to keep.
+    pub evidence: Option<Arc<SingleSnapshots>>,
 }
 
 /// ln P(s | candidate) of a row, by all factors to their powers.

@@ -1,9 +1,9 @@
 //! The filter with features of a snapshot: those that a model learned, and, for comparison, random ones.
 
 use super::{
+    kept_evidence::Judged,
     method::{AnswersBy, FeatureAnswers, Method, method},
     methods::MethodContext,
-    single_snapshot::Judged,
 };
 use crate::{
     belief::{Evidence, FeatureMap, GridMap, Places},

@@ -2,11 +2,11 @@
 //! whole localisers, built-in or of one's own.
 
 use super::{
+    kept_evidence::Judged,
     localise_config::LocaliseConfig,
     mapped::Mapped,
     method::{AnswersBy, FeatureAnswers, Method, method},
     parts::{Parts, TrainingSource},
-    single_snapshot::Judged,
 };
 use crate::{
     belief::{Evidence, FeatureMap, Grid, Neighbours, Uncertainty},

@@ -5,7 +5,7 @@
 
 use super::{
     evidence_tuning, held_out,
-    kept_evidence::{SingleSnapshots, table, together},
+    kept_evidence::{Judged, SingleSnapshots, table, together},
     method::FeatureAnswers,
     methods::MethodContext,
 };
@@ -28,15 +28,6 @@ const MAX_VALIDATED: usize = 300;
 
 /// Entries of a table of evidence at most, where it is kept for products: 64 MB.
 const MOST_KEPT: usize = 16 << 20;
-
-/// What one snapshot of the unseen part says under every prior, and the evidence behind it, where it is kept.
-#[derive(Debug, Default)]
-pub struct Judged {
-    /// One a prior.
-    pub held_out: Vec<ErrorReduction>,
-    /// For products; none of the exact objective, which has no likelihood, nor where it is too much to keep.
-    pub evidence: Option<Arc<SingleSnapshots>>,
-}
 
 impl MethodContext<'_> {
     /// Error reductions of a sensor model that answers for the training places, under every prior.
