@@ -2,11 +2,12 @@
 
 use super::{
     Outcome,
-    files::{in_json, make_writable, write_json, write_text},
+    files::{in_json, make_writable, write_json},
     page::{CONFIG, write_page},
     picture::write_picture,
     print,
     progress::Progress,
+    sheets::{sheets_text, write_sheets},
     warn,
 };
 use crate::{
@@ -19,7 +20,7 @@ use crate::{
     report::{
         Page,
         comparison::{
-            Reader, Sheet, caption_lines, comparison_parts, comparison_summary, pictures, sheets,
+            Sheet, caption_lines, comparison_parts, comparison_summary, pictures, sheets,
         },
     },
     storage,
@@ -286,40 +287,7 @@ fn write_tables(folder: &Path, comparison: &Comparison, sheets: &[Sheet]) -> Res
 /// What the beliefs of a comparison are called, one entry a dataset.
 const PLAYER: &str = "player.json";
 
-/// Every table in every format, with what holds for all of them below it.
-pub(super) fn write_sheets(folder: &Path, sheets: &[Sheet], captions: &[String]) -> Result<()> {
-    for sheet in sheets {
-        let mut table = sheet.table.clone();
-        let csv = table.csv();
-        write_text(&folder.join(format!("{}.csv", sheet.name)), &csv)?;
-        if sheet.reader == Reader::Programs {
-            continue;
-        }
-        let text = format!("{}\n\n{}", sheet.title, table.text());
-        write_text(&folder.join(format!("{}.txt", sheet.name)), &text)?;
-        table.caption(&sheet.title);
-        for line in captions {
-            table.caption(line);
-        }
-        write_text(
-            &folder.join(format!("{}.md", sheet.name)),
-            &table.markdown(),
-        )?;
-        write_text(&folder.join(format!("{}.tex", sheet.name)), &table.latex())?;
-    }
-    Ok(())
-}
-
 /// For the terminal: the tables that can be looked at, and once what holds for all of them.
 fn text(record: &ComparisonRecord, sheets: &[Sheet]) -> String {
     sheets_text(sheets) + &caption_lines(record).join("\n") + "\n"
-}
-
-/// The tables that can be looked at, each below its title.
-pub(super) fn sheets_text(sheets: &[Sheet]) -> String {
-    let everyone = |sheet: &&Sheet| sheet.reader == Reader::Everyone;
-    let shown = sheets.iter().filter(everyone);
-    shown
-        .map(|sheet| format!("{}\n\n{}\n", sheet.title, sheet.table.text()))
-        .collect()
 }

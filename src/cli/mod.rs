@@ -19,6 +19,7 @@ mod progress;
 mod reproduce;
 mod rerun;
 mod score;
+mod sheets;
 mod simulate;
 mod sweep;
 mod terminal;

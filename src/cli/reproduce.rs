@@ -2,12 +2,12 @@
 
 use super::{
     Outcome,
-    compare::{sheets_text, write_sheets},
     files::{in_json, make_writable, write_json},
     page::{CONFIG, write_page},
     picture::write_picture,
     print,
     progress::Progress,
+    sheets::{sheets_text, write_sheets},
     warn,
 };
 use crate::{

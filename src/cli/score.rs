@@ -2,12 +2,12 @@
 
 use super::{
     Outcome,
-    compare::write_sheets,
     files::{make_writable, write_json, write_text},
     page::{CONFIG, call, write_page},
     picture::write_picture,
     print,
     progress::PatientProgress,
+    sheets::write_sheets,
     warn,
 };
 use crate::{

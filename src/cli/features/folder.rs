@@ -4,10 +4,10 @@ use super::column_name;
 use crate::{
     belief::Uncertainty,
     cli::{
-        compare::write_sheets,
         files::{write_json, write_text},
         page::{CONFIG, call, write_page},
         picture::write_picture,
+        sheets::write_sheets,
     },
     error::{Error, Result},
     experiment::protocol_record::ProtocolRecord,

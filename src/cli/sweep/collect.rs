@@ -3,9 +3,10 @@
 use crate::{
     cli::{
         Outcome,
-        compare::{sheets_text, write_sheets},
         files::{in_json, make_writable, write_json},
-        print, warn,
+        print,
+        sheets::{sheets_text, write_sheets},
+        warn,
     },
     error::Result,
     experiment::sweep::{Collected, Sweep, collect_results},
