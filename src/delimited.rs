@@ -4,7 +4,7 @@
 //! some programs name the separator in a first line `sep=;`. All of that is seen in the header alone.
 
 use csv::{ReaderBuilder, Trim};
-use std::{borrow::Cow, str::FromStr};
+use std::{borrow::Cow, io::Read, str::FromStr};
 
 /// What may separate cells, in the order of preference.
 const SEPARATORS: [u8; 3] = [b'\t', b',', b';'];
@@ -58,11 +58,24 @@ impl<'a> Delimited<'a> {
 
     /// What reads it; rows may have more or fewer cells than the header, and spaces around cells don't count.
     pub fn reader(&self) -> csv::Reader<&[u8]> {
-        ReaderBuilder::new()
-            .flexible(true)
-            .trim(Trim::All)
-            .delimiter(self.separator)
-            .from_reader(&self.text)
+        self.settings().from_reader(&self.text)
+    }
+
+    /// What reads it and the rest of its file, of which it is the beginning.
+    pub(crate) fn reader_with<'b>(&'b self, rest: impl Read + 'b) -> csv::Reader<impl Read + 'b> {
+        self.settings().from_reader(self.text.chain(rest))
+    }
+
+    fn settings(&self) -> ReaderBuilder {
+        let mut settings = ReaderBuilder::new();
+        let settings_of = settings.flexible(true).trim(Trim::All);
+        settings_of.delimiter(self.separator);
+        settings
+    }
+
+    /// Was it in another encoding than UTF-8?
+    pub(crate) fn is_converted(&self) -> bool {
+        matches!(self.text, Cow::Owned(_))
     }
 
     /// The table in UTF-8, from its header on.

@@ -1,6 +1,9 @@
 //! Files read once and written whole or not at all.
 
+mod input_file;
 mod temporary;
+
+pub(crate) use input_file::InputFile;
 
 use crate::error::{Error, Result};
 use sha2::{Digest, Sha256};
@@ -15,21 +18,11 @@ pub trait WriteSeek: Write + Seek {}
 impl<T: Write + Seek> WriteSeek for T {}
 
 /// All bytes of a file or a pipe; not those of a device, which need never end.
+///
+/// # Errors
+/// Where it can't be read, or changes while it is read.
 pub fn read_file(path: &Path) -> Result<Vec<u8>> {
-    if path.is_dir() {
-        return Err(Error::file(path, "is a folder; expected a file"));
-    }
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::FileTypeExt;
-        let is_device = |metadata: fs::Metadata| {
-            metadata.file_type().is_char_device() || metadata.file_type().is_block_device()
-        };
-        if fs::metadata(path).is_ok_and(is_device) {
-            return Err(Error::file(path, "is a device; expected a file"));
-        }
-    }
-    fs::read(path).map_err(|e| Error::io("cannot read", path, e))
+    InputFile::open(path)?.read_to_end()
 }
 
 /// What a file of `len` bytes may unpack to: text logs shrink to a tenth, constant arrays to a thousandth, but no log

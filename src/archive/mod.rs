@@ -78,13 +78,39 @@ impl<'a> Archive<'a> {
         npy::read(&bytes).map_err(|fault| self.wrong(name, fault))
     }
 
-    /// Reads an array of one number type, or of another that it takes in.
+    /// Reads an array of one number type, or of another that it takes in, as it is unpacked.
     ///
     /// # Errors
     /// As [`Archive::read`].
     pub fn read_widened<T: Widened>(&mut self, name: &str) -> Result<npy::Array<T>> {
-        let bytes = self.unpack(name)?;
-        npy::read_widened(&bytes).map_err(|fault| self.wrong(name, fault))
+        self.unpacking(name, |bytes| npy::read_widened(bytes))?
+            .map_err(|fault| self.wrong(name, fault))
+    }
+
+    /// The shape that an array claims to have: of no more numbers than its entry claims bytes. Nothing else of it is read.
+    ///
+    /// # Errors
+    /// Where it is missing, or its header is damaged.
+    pub fn shape(&mut self, name: &str) -> Result<Vec<usize>> {
+        let shape = self.unpacking(name, |bytes| npy::shape(bytes))?;
+        let shape = shape.map_err(|fault| self.wrong(name, fault))?;
+        let entry = self.zip.by_name(&format!("{name}.npy"));
+        let bytes = entry.map_or(0, |entry| entry.size());
+        let numbers = shape
+            .iter()
+            .try_fold(1, |all: u64, n| all.checked_mul(*n as u64));
+        match numbers.is_some_and(|numbers| numbers <= bytes) {
+            true => Ok(shape),
+            false => {
+                let shape = npy::Shape(&shape);
+                Err(self.wrong(
+                    name,
+                    format!(
+                        "shape {shape} doesn't fit its {bytes} bytes; expected an array of its size"
+                    ),
+                ))
+            }
+        }
     }
 
     /// The bytes of an array, for [`npy`] to look into.
@@ -92,6 +118,14 @@ impl<'a> Archive<'a> {
     /// # Errors
     /// Where it is missing, damaged, or larger than anything that a file of this size may hold.
     pub fn unpack(&mut self, name: &str) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.unpacking(name, |entry| entry.read_to_end(&mut bytes))?
+            .map_err(|e| self.wrong(name, format!("damaged: {e}")))?;
+        Ok(bytes)
+    }
+
+    /// What `read` makes of the bytes of an array.
+    fn unpacking<T>(&mut self, name: &str, read: impl FnOnce(&mut dyn Read) -> T) -> Result<T> {
         let path = self.path;
         let wrong = |fault: String| wrong(path, name, fault);
         let entry = match self.zip.by_name(&format!("{name}.npy")) {
@@ -107,16 +141,16 @@ impl<'a> Archive<'a> {
                 "claims to unpack to {declared} bytes; expected a size that fits a file this small"
             )));
         }
-        let mut bytes = Vec::new();
-        let read = entry.take(self.left + 1).read_to_end(&mut bytes);
-        read.map_err(|e| wrong(format!("damaged: {e}")))?;
-        self.left = self.left.checked_sub(bytes.len() as u64).ok_or_else(|| {
+        let mut entry = entry.take(self.left + 1);
+        let made = read(&mut entry);
+        let read = self.left + 1 - entry.limit();
+        self.left = self.left.checked_sub(read).ok_or_else(|| {
             wrong(
                 "unpacks to more bytes than it claims; expected a size that fits a file this small"
                     .into(),
             )
         })?;
-        Ok(bytes)
+        Ok(made)
     }
 }
 

@@ -1,6 +1,9 @@
 //! One array: numpy's `.npy` layout, read with every count checked against the bytes that are there.
 
-use std::fmt;
+use std::{
+    fmt,
+    io::{self, Read},
+};
 
 /// Number types that our files use.
 pub trait Element: Copy {
@@ -30,21 +33,22 @@ element!(f32, "<f4"; f64, "<f8"; i64, "<i8"; i32, "<i4"; i16, "<i2"; u32, "<u4";
 
 /// A number type that takes in the numbers of other types: people's programs write whichever they have at hand.
 pub trait Widened: Element {
-    /// Reads an array of another type than its own, where this type takes it in.
-    fn of_other(descr: &str, bytes: &[u8]) -> Option<Result<Array<Self>, String>>;
+    /// How a number of a type, its own or one that it takes in, is read.
+    fn decoder(descr: &str) -> Option<Decoder<Self>>;
 }
+
+/// Size of a number in a file, and what makes one of as many bytes.
+pub type Decoder<T> = (usize, fn(&[u8]) -> T);
 
 macro_rules! widened {
     ($($type:ty: $($other:ty),*;)*) => {$(
         impl Widened for $type {
-            fn of_other(descr: &str, bytes: &[u8]) -> Option<Result<Array<Self>, String>> {
+            fn decoder(descr: &str) -> Option<Decoder<Self>> {
                 $(if descr == <$other>::DESCR {
-                    return Some(read::<$other>(bytes).map(|array| Array {
-                        shape: array.shape,
-                        data: array.data.into_iter().map(|number| number as $type).collect(),
-                    }));
+                    let decode = |bytes: &[u8]| <$other as Element>::from_le(bytes) as $type;
+                    return Some((<$other>::BYTES, decode));
                 })*
-                None
+                own_decoder(descr)
             }
         }
     )*};
@@ -57,26 +61,8 @@ widened! {
     i64: i32, i16, u32, u16, u8;
 }
 
-/// Reads an array of one number type, or of another that it takes in.
-///
-/// # Errors
-/// As [`read`].
-///
-/// ```
-/// use ballmark::archive::npy::read_widened;
-/// let header = b"{'descr': '<i4', 'fortran_order': False, 'shape': (1,), }\n";
-/// let mut array = b"\x93NUMPY\x01\x00".to_vec();
-/// array.extend((header.len() as u16).to_le_bytes());
-/// array.extend(header);
-/// array.extend(7i32.to_le_bytes());
-/// assert_eq!(read_widened::<i64>(&array)?.data, [7]);
-/// # Ok::<(), String>(())
-/// ```
-pub fn read_widened<T: Widened>(bytes: &[u8]) -> Result<Array<T>, String> {
-    match T::of_other(number_type(bytes)?, bytes) {
-        Some(array) => array,
-        None => read(bytes),
-    }
+fn own_decoder<T: Element>(descr: &str) -> Option<Decoder<T>> {
+    (descr == T::DESCR).then_some((T::BYTES, T::from_le))
 }
 
 /// An array in row order.
@@ -92,10 +78,10 @@ pub struct Array<T> {
 ///
 /// # Errors
 /// Where the bytes are no array; the error is the fault and what was expected.
-pub fn number_type(bytes: &[u8]) -> Result<&str, String> {
-    let (header, _) = split_header(bytes)?;
-    Header::parse(header)
-        .map(|header| header.descr)
+pub fn number_type(mut bytes: &[u8]) -> Result<String, String> {
+    let header = read_header(&mut bytes)?;
+    Header::parse(&header)
+        .map(|header| header.descr.to_string())
         .ok_or_else(|| UNREADABLE.to_string())
 }
 
@@ -107,28 +93,76 @@ const UNREADABLE: &str = "a header that can't be read; expected one as numpy wri
 /// Where the bytes are no array, or hold another type or size than the header says; the error is the fault and what was
 /// expected.
 pub fn read<T: Element>(bytes: &[u8]) -> Result<Array<T>, String> {
-    let (header, body) = split_header(bytes)?;
-    let header = Header::parse(header).ok_or(UNREADABLE)?;
-    if header.descr != T::DESCR {
+    decoded(bytes, own_decoder)
+}
+
+/// Reads an array of one number type, or of another that it takes in, as its bytes come: no more than its numbers is held.
+///
+/// # Errors
+/// As [`read`], and where `bytes` can't be read.
+///
+/// ```
+/// use ballmark::archive::npy::read_widened;
+/// let header = b"{'descr': '<i4', 'fortran_order': False, 'shape': (1,), }\n";
+/// let mut array = b"\x93NUMPY\x01\x00".to_vec();
+/// array.extend((header.len() as u16).to_le_bytes());
+/// array.extend(header);
+/// array.extend(7i32.to_le_bytes());
+/// assert_eq!(read_widened::<i64>(&array[..])?.data, [7]);
+/// # Ok::<(), String>(())
+/// ```
+pub fn read_widened<T: Widened>(bytes: impl Read) -> Result<Array<T>, String> {
+    decoded(bytes, T::decoder)
+}
+
+/// The shape that the array's header states.
+///
+/// # Errors
+/// Where the bytes are no array, or can't be read.
+pub fn shape(mut bytes: impl Read) -> Result<Vec<usize>, String> {
+    let header = read_header(&mut bytes)?;
+    Ok(Header::parse(&header).ok_or(UNREADABLE)?.shape)
+}
+
+/// Bytes that are decoded at a time, a multiple of every number's size.
+const AT_ONCE: usize = 1 << 16;
+
+fn decoded<T: Element>(
+    mut bytes: impl Read,
+    decoder: impl Fn(&str) -> Option<Decoder<T>>,
+) -> Result<Array<T>, String> {
+    let header = read_header(&mut bytes)?;
+    let header = Header::parse(&header).ok_or(UNREADABLE)?;
+    let Some((size, decode)) = decoder(header.descr) else {
         return Err(format!(
             "holds numbers of type `{}`; expected `{}`",
             header.descr.escape_debug(),
             T::DESCR
         ));
-    }
+    };
     let declared = header
         .shape
         .iter()
-        .try_fold(T::BYTES, |bytes, n| bytes.checked_mul(*n));
-    if declared != Some(body.len()) {
+        .try_fold(size as u64, |bytes, n| bytes.checked_mul(*n as u64));
+    let (mut data, mut found) = (Vec::new(), 0);
+    let mut buffer = vec![0; AT_ONCE];
+    loop {
+        let read = fill(&mut bytes, &mut buffer)?;
+        found += read as u64;
+        // Past what is declared only the bytes are counted.
+        if declared.is_some_and(|declared| found <= declared) {
+            data.extend(buffer[..read].chunks_exact(size).map(decode));
+        }
+        if read < AT_ONCE {
+            break;
+        }
+    }
+    if declared != Some(found) {
         return Err(format!(
-            "shape {} doesn't fit the {} bytes that follow; expected {} bytes a number",
+            "shape {} doesn't fit the {found} bytes that follow; expected {size} bytes a number",
             Shape(&header.shape),
-            body.len(),
-            T::BYTES
         ));
     }
-    let data: Vec<T> = body.chunks_exact(T::BYTES).map(T::from_le).collect();
     let data = match (header.fortran_order, header.shape.as_slice()) {
         (true, &[rows, columns]) => (0..rows * columns)
             .map(|i| data[i % columns * rows + i / columns])
@@ -144,6 +178,20 @@ pub fn read<T: Element>(bytes: &[u8]) -> Result<Array<T>, String> {
     })
 }
 
+/// Fills a buffer as far as the bytes go; returns how far.
+fn fill(bytes: &mut impl Read, buffer: &mut [u8]) -> Result<usize, String> {
+    let mut filled = 0;
+    while filled < buffer.len() {
+        match bytes.read(&mut buffer[filled..]) {
+            Ok(0) => break,
+            Ok(read) => filled += read,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
+            Err(e) => return Err(format!("damaged: {e}")),
+        }
+    }
+    Ok(filled)
+}
+
 /// A shape as numpy prints it.
 pub struct Shape<'a>(pub &'a [usize]);
 
@@ -154,20 +202,32 @@ impl fmt::Display for Shape<'_> {
     }
 }
 
-fn split_header(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
+/// The text of an array's header; the numbers follow.
+fn read_header(bytes: &mut impl Read) -> Result<String, String> {
     let cut = || "cut short; expected a whole array".to_string();
-    let rest = bytes
+    let mut start = [0; 8];
+    let read = fill(bytes, &mut start)?;
+    let version = start[..read]
         .strip_prefix(b"\x93NUMPY")
         .ok_or("not an array; expected numpy's .npy layout")?;
-    let (len, rest) = match rest {
-        [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),
-        [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, rest),
-        [1..=3, ..] => return Err(cut()),
+    let length_bytes = match version {
+        [1, ..] => 2,
+        [2 | 3, ..] => 4,
+        [] => return Err(cut()),
         _ => return Err("a version that is not known; expected 1, 2 or 3".into()),
     };
-    let (header, body) = rest.split_at_checked(len).ok_or_else(cut)?;
-    let header = std::str::from_utf8(header).map_err(|_| "a header that isn't text")?;
-    Ok((header, body))
+    let mut length = [0; 4];
+    if read < start.len() || fill(bytes, &mut length[..length_bytes])? < length_bytes {
+        return Err(cut());
+    }
+    let length = u32::from_le_bytes(length);
+    let mut header = Vec::new();
+    let whole = bytes.take(u64::from(length)).read_to_end(&mut header);
+    whole.map_err(|e| format!("damaged: {e}"))?;
+    if (header.len() as u64) < u64::from(length) {
+        return Err(cut());
+    }
+    String::from_utf8(header).map_err(|_| "a header that isn't text".into())
 }
 
 struct Header<'a> {

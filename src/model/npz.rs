@@ -40,7 +40,7 @@ pub(super) fn read(path: &Path, file: &[u8]) -> Result<(String, Arrays)> {
         }
         let bytes = archive.unpack(&name)?;
         let wrong = |fault| archive.wrong(&name, fault);
-        match npy::number_type(&bytes).map_err(wrong)? {
+        match npy::number_type(&bytes).map_err(wrong)?.as_str() {
             u8::DESCR => arrays.put_u8(
                 &name,
                 shaped(path, &name, npy::read(&bytes).map_err(wrong)?)?,

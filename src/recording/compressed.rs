@@ -5,7 +5,11 @@ use crate::{
     error::{Error, Result},
     storage,
 };
-use std::{borrow::Cow, io::Read, path::Path};
+use std::{
+    borrow::Cow,
+    io::{BufRead, Read},
+    path::Path,
+};
 use zstd::ZstdReader;
 
 mod zstd;
@@ -37,32 +41,81 @@ pub struct Content<'a> {
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 pub fn unpack<'a>(path: &Path, file: &'a [u8]) -> Result<Content<'a>> {
-    match file {
-        [0x1f, 0x8b, ..] => drain(
-            path,
-            "gzip",
-            flate2::bufread::MultiGzDecoder::new(file),
-            file.len(),
-        ),
-        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => {
-            let reader = lzma_rust2::XzReader::new_mem_limit(file, true, XZ_MEMORY_KIB);
-            drain(path, "xz", reader, file.len())
-        }
-        [b'B', b'Z', b'h', b'1'..=b'9', ..] => drain(
-            path,
-            "bzip2",
-            bzip2::bufread::MultiBzDecoder::new(file),
-            file.len(),
-        ),
-        _ if file.starts_with(&ZSTD_MAGIC) => {
+    match packed(file) {
+        Some(Packed::Zstd) => {
             let limit = storage::largest_content(file.len());
             drain(path, "zstd", ZstdReader::new(file, limit), file.len())
         }
-        _ => Ok(Content {
+        Some(packed) => drain(path, packed.name(), packed.reader(file), file.len()),
+        None => Ok(Content {
             bytes: Cow::Borrowed(file),
             damage: None,
         }),
     }
+}
+
+/// How a whole file is packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Packed {
+    Gzip,
+    Xz,
+    Bzip2,
+    Zstd,
+}
+
+/// Bytes by which that is known.
+pub(super) const MAGIC_LENGTH: u64 = 6;
+
+/// How a file that begins so is packed, if it is.
+pub(super) fn packed(file: &[u8]) -> Option<Packed> {
+    match file {
+        [0x1f, 0x8b, ..] => Some(Packed::Gzip),
+        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => Some(Packed::Xz),
+        [b'B', b'Z', b'h', b'1'..=b'9', ..] => Some(Packed::Bzip2),
+        _ if file.starts_with(&ZSTD_MAGIC) => Some(Packed::Zstd),
+        _ => None,
+    }
+}
+
+impl Packed {
+    /// What it is called in messages.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Packed::Gzip => "gzip",
+            Packed::Xz => "xz",
+            Packed::Bzip2 => "bzip2",
+            Packed::Zstd => "zstd",
+        }
+    }
+
+    /// What unpacks a file bit by bit; zstd, of which whole frames must be at hand, is given back as it is.
+    pub(super) fn reader<'a>(self, file: impl BufRead + 'a) -> Box<dyn Read + 'a> {
+        match self {
+            Packed::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(file)),
+            Packed::Xz => Box::new(lzma_rust2::XzReader::new_mem_limit(
+                file,
+                true,
+                XZ_MEMORY_KIB,
+            )),
+            Packed::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(file)),
+            Packed::Zstd => Box::new(file),
+        }
+    }
+}
+
+/// That a file unpacks to more than any log of its size does.
+pub(super) fn too_long(packing: &str, limit: u64) -> String {
+    format!("{packing} data unpacks to more than {limit} bytes; expected a log of a plausible size")
+}
+
+/// That nothing of a packed file can be unpacked.
+pub(super) fn nothing(packing: &str, fault: &std::io::Error) -> String {
+    format!("damaged {packing} data, nothing can be unpacked: {fault}")
+}
+
+/// That no more of a packed file can be unpacked.
+pub(super) fn damaged(packing: &str, unpacked: u64, fault: &std::io::Error) -> String {
+    format!("{packing} data damaged after {unpacked} unpacked bytes: {fault}")
 }
 
 /// How a part of a log is packed.
@@ -136,25 +189,12 @@ fn drain(
         .read_to_end(&mut bytes)
         .err();
     if bytes.len() as u64 > limit {
-        return Err(Error::file(
-            path,
-            format!(
-                "{packing} data unpacks to more than {limit} bytes; expected a log of a plausible size"
-            ),
-        ));
+        return Err(Error::file(path, too_long(packing, limit)));
     }
     match fault {
-        Some(fault) if bytes.is_empty() => Err(Error::file(
-            path,
-            format!("damaged {packing} data, nothing can be unpacked: {fault}"),
-        )),
+        Some(fault) if bytes.is_empty() => Err(Error::file(path, nothing(packing, &fault))),
         fault => Ok(Content {
-            damage: fault.map(|fault| {
-                format!(
-                    "{packing} data damaged after {} unpacked bytes: {fault}",
-                    bytes.len()
-                )
-            }),
+            damage: fault.map(|fault| damaged(packing, bytes.len() as u64, &fault)),
             bytes: Cow::Owned(bytes),
         }),
     }

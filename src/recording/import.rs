@@ -1,12 +1,13 @@
 //! Reading logs: which format each is, guessed from its content, and several logs as the runs of one recording.
 
 use super::{
-    Recording, compressed,
+    Recording,
     format::{self, Format, ros},
     import_report::ImportReport,
     imported_log::ImportedLog,
     joined,
     log_options::LogOptions,
+    source::Source,
 };
 use crate::{
     error::{Error, Result},
@@ -48,9 +49,9 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<ImportedLog> {
             let log = ros::read_folder(path, &options.log, &mut |file| hash.update(file))?;
             format::as_declared(path, log, &options.log, false)?
         } else {
-            let file = storage::read_file(path)?;
-            hash.update(&file);
-            read_bytes(path, &file, options)?
+            let (log, read) = read_one(path, options, hash)?;
+            hash = read;
+            log
         };
         if let Some(first) = logs.first() {
             let first_name = paths[0].display().to_string();
@@ -81,21 +82,24 @@ fn name(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Reads the content of one file.
-fn read_bytes(path: &Path, file: &[u8], options: &ReadOptions) -> Result<ImportedLog> {
-    if file.is_empty() {
+/// Reads the content of one file; the digest goes on with its bytes.
+fn read_one(path: &Path, options: &ReadOptions, hash: Sha256) -> Result<(ImportedLog, Sha256)> {
+    let mut source = Source::open(path, hash)?;
+    if source.is_empty {
         return Err(format::unreadable(path, "the file is empty"));
     }
-    let content = compressed::unpack(path, file)?;
     let format = match options.format {
         Some(format) => format,
-        None => Format::of_content(path, &content.bytes)?,
+        None => Format::of_content(path, source.head())?,
     };
-    let mut log = format.read(path, &content.bytes, &options.log)?;
-    if let Some(damage) = content.damage {
+    let read = format.read_source(path, &mut source, &options.log);
+    // A file that can't be read on, or that changed meanwhile, is why a reader stumbled.
+    let (hash, damage) = source.end()?;
+    let mut log = read?;
+    if let Some(damage) = damage {
         log.account.lost(format!("{damage}; the rest is lost"));
     }
-    Ok(log)
+    Ok((log, hash))
 }
 
 /// One log from several, run after run; lost records bear the name of their log.

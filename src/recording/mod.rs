@@ -22,6 +22,7 @@ mod people;
 pub mod posed;
 pub mod ranges;
 pub mod selection;
+mod source;
 pub mod split;
 pub mod viewpoint;
 pub mod write;

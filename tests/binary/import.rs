@@ -182,6 +182,23 @@ fn further_sensors_join_the_leading_one() {
     assert_eq!(names, ["laser", "rear_laser", "sonar"]);
     assert_eq!(dataset.values().row(1).to_vec(), [1.0, 3.0, 4.0, 1.5, 2.5]);
     assert!(dataset.values()[[2, 1]].is_nan(), "too old");
+    // A line of another width is lost; together the lines that lead have as many readings as the table, by chance.
+    let row = |k: usize| {
+        format!(
+            "RLASER 2 3 4 {k} 0 0 {k} 0 0 {k} h {k}\nFLASER 2 1 {k} {k} 0 0 {k} 0 0 {k} h {k}\n"
+        )
+    };
+    let odd = "FLASER 6 9 9 9 9 9 9 0 0 0 0 0 0 4 h 4\n";
+    place.write("odd.log", [&row(1), &row(2), odd, &row(3)].concat());
+    let answer = place.ballmark(&["import", "odd.log", "-o", "odd.npz"]);
+    assert_eq!(answer.status, 3, "{}", answer.stderr);
+    let dataset = ballmark::recording::npz::read(&place.path("odd.npz")).unwrap();
+    let expected = ndarray::array![
+        [1.0, 1.0, 3.0, 4.0],
+        [1.0, 2.0, 3.0, 4.0],
+        [1.0, 3.0, 3.0, 4.0]
+    ];
+    assert_eq!(dataset.values(), &expected);
     place.write(
         "sonar.log",
         "ODOM 1 2 0 0 0 0 1 h 1\nSONAR 2 1.5 2.5 1 h 1\n",
@@ -536,4 +553,37 @@ fn real_logs_come_in_whole_with_raw_odometry() {
             );
         }
     }
+}
+
+/// A log that a recorder still writes is neither what it was nor what it will be.
+#[test]
+fn a_log_that_is_written_while_it_is_read_is_refused_and_nothing_is_left() {
+    use std::{
+        fs::File,
+        sync::atomic::{AtomicBool, Ordering},
+        time::Duration,
+    };
+    let place = Workplace::new();
+    place.write("walk.log", carmen(300_000));
+    place.write("walk.npz", "as it was");
+    let (path, is_read) = (place.path("walk.log"), AtomicBool::new(false));
+    let answer = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let mut log = File::options().append(true).open(&path).unwrap();
+            while !is_read.load(Ordering::Relaxed) {
+                log.write_all(b"NEFF 2.0\n").unwrap();
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        });
+        let answer = place.ballmark(&["import", "walk.log", "-o", "walk.npz"]);
+        is_read.store(true, Ordering::Relaxed);
+        answer
+    });
+    answer.refused(1, &["walk.log: changed while it was read"]);
+    assert_eq!(place.files(), ["walk.log", "walk.npz"]);
+    assert_eq!(std::fs::read(place.path("walk.npz")).unwrap(), b"as it was");
+    // Once nobody writes to it any more it is a log as any other.
+    place
+        .ballmark(&["import", "walk.log", "-o", "walk.npz"])
+        .done();
 }

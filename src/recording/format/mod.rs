@@ -9,9 +9,12 @@ pub mod csv;
 mod dataset;
 pub mod ros;
 
-use super::{Recording, declared, imported_log::ImportedLog, log_options::LogOptions, oddities};
+use super::{
+    Recording, declared, imported_log::ImportedLog, log_options::LogOptions, oddities,
+    source::Source,
+};
 use crate::error::{Error, Result};
-use std::{fmt, path::Path};
+use std::{fmt, io, path::Path};
 
 /// A format that logs come in.
 #[derive(Clone, Copy)]
@@ -23,6 +26,8 @@ pub struct Format {
     /// Does an unpacked log read like one of this format? The first format of the list that says so is taken.
     recognises: Recognise,
     read: Read,
+    /// Its reader goes through a log once, line by line.
+    read_lines: Option<ReadLines>,
     /// Its reader leaves out sensors itself, before it reads them.
     selects_itself: bool,
     /// Has it topics?
@@ -35,6 +40,9 @@ type Recognise = fn(&[u8]) -> bool;
 
 /// Reads an unpacked log: its file's name for messages, its bytes, and how it is to be taken.
 type Read = fn(&Path, &[u8], &LogOptions) -> Result<ImportedLog>;
+
+/// The same of a log that is too long for memory: its beginning, and what follows.
+type ReadLines = fn(&Path, &[u8], &mut dyn io::Read, &LogOptions) -> Result<ImportedLog>;
 
 /// All formats, in the order in which they are tried.
 pub const FORMATS: [Format; 6] = [
@@ -54,8 +62,11 @@ pub const FORMATS: [Format; 6] = [
     )
     .of_ros(),
     Format::new("mcap", "an MCAP log", ros::detect_mcap, ros::read_mcap).of_ros(),
-    Format::new("carmen", "a CARMEN log", carmen::detect, carmen::read),
-    Format::new("csv", "a CSV table with a header", csv::detect, csv::read).selecting_itself(),
+    Format::new("carmen", "a CARMEN log", carmen::detect, carmen::read)
+        .by_lines(carmen::read_lines),
+    Format::new("csv", "a CSV table with a header", csv::detect, csv::read)
+        .by_lines(csv::read_lines)
+        .selecting_itself(),
 ];
 
 /// What can't be read, by its first bytes.
@@ -79,9 +90,17 @@ impl Format {
             what,
             recognises,
             read,
+            read_lines: None,
             selects_itself: false,
             is_ros: false,
             parts_runs: true,
+        }
+    }
+
+    const fn by_lines(self, read_lines: ReadLines) -> Self {
+        Self {
+            read_lines: Some(read_lines),
+            ..self
         }
     }
 
@@ -148,7 +167,36 @@ impl Format {
     /// Where it holds nothing that can be read, or an option names a sensor that it lacks. Damaged records are no error but
     /// entries in the log's account.
     pub fn read(&self, path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
-        let mut log = (self.read)(path, bytes, options)?;
+        self.noted(path, (self.read)(path, bytes, options)?, options)
+    }
+
+    /// The same of a log that is still being read.
+    ///
+    /// # Errors
+    /// As [`Format::read`], and where it can't be read on.
+    pub(super) fn read_source(
+        &self,
+        path: &Path,
+        source: &mut Source,
+        options: &LogOptions,
+    ) -> Result<ImportedLog> {
+        let log = match self.read_lines {
+            Some(read_lines) => {
+                let (head, rest) = source.parts();
+                read_lines(path, head, rest, options)?
+            }
+            None => (self.read)(path, source.whole()?, options)?,
+        };
+        self.noted(path, log, options)
+    }
+
+    /// A log with what is to be known of how its options were taken.
+    fn noted(
+        &self,
+        path: &Path,
+        mut log: ImportedLog,
+        options: &LogOptions,
+    ) -> Result<ImportedLog> {
         if !self.is_ros && (options.topics.is_some() || options.pose_topic.is_some()) {
             let what = self.what;
             let note = format!("topics have no effect: {} is {what}", path.display());

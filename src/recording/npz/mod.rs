@@ -91,7 +91,6 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
     let (compass_rad, route_m) = (optional("compass")?, optional("route")?);
 
     let mut channels = Vec::new();
-    let mut blocks = Vec::new();
     for (name, described) in meta.channels.0 {
         if RESERVED.contains(&name.as_str()) {
             return Err(wrong(
@@ -99,23 +98,20 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
                 format!("a channel named `{name}`; expected a name that no other array has"),
             ));
         }
-        let block = dataset.0.read_widened::<f32>(&name)?;
-        let &[rows, width] = block.shape.as_slice() else {
+        let shape = dataset.0.shape(&name)?;
+        let &[rows, width] = shape.as_slice() else {
             return Err(wrong(
                 &name,
                 format!(
                     "shape {}; expected ({k}, values), one row a snapshot",
-                    Shape(&block.shape)
+                    Shape(&shape)
                 ),
             ));
         };
         if rows != k {
             return Err(wrong(
                 &name,
-                format!(
-                    "shape {}; expected {k} rows, one a snapshot",
-                    Shape(&block.shape)
-                ),
+                format!("shape {}; expected {k} rows, one a snapshot", Shape(&shape)),
             ));
         }
         if let Some(maximum) = described.maximum.filter(|m| !(m.is_finite() && *m > 0.0)) {
@@ -135,24 +131,12 @@ pub fn from_bytes(path: &Path, file: &[u8]) -> Result<Recording> {
             maximum: described.maximum,
             offset_m: described.offset_m,
         });
-        blocks.push(block.data);
     }
     if k == 0 {
         // Widths of no rows are bounded by nothing.
         return Err(wrong("pose", "no snapshot; expected at least one".into()));
     }
-    let mut values = Array2::from_elem((k, channels.iter().map(|c| c.width).sum()), f32::NAN);
-    let mut first = 0;
-    for (channel, data) in channels.iter().zip(blocks) {
-        let mut block = values.slice_axis_mut(Axis(1), (first..first + channel.width).into());
-        // Some programs write infinity where nothing came back.
-        block
-            .iter_mut()
-            .zip(data)
-            .filter(|(_, v)| v.is_finite())
-            .for_each(|(to, v)| *to = v);
-        first += channel.width;
-    }
+    let values = dataset.values(&channels, k)?;
     let recording = Recording::new(Columns {
         channels,
         values,
@@ -226,6 +210,28 @@ fn pose_array(poses: &[Pose]) -> Array2<f64> {
 struct Dataset<'a>(Archive<'a>);
 
 impl Dataset<'_> {
+    /// The values of all channels side by side. Of several, one at a time is held twice; of one alone nothing is.
+    fn values(&mut self, channels: &[Channel], k: usize) -> Result<Array2<f32>> {
+        // Some programs write infinity where nothing came back.
+        let finite = |v: f32| if v.is_finite() { v } else { f32::NAN };
+        if let [only] = channels {
+            let mut block = self.0.read_widened::<f32>(&only.name)?.data;
+            block.iter_mut().for_each(|v| *v = finite(*v));
+            let values = Array2::from_shape_vec((k, only.width), block);
+            return values.map_err(|e| self.0.wrong(&only.name, e));
+        }
+        let width: usize = channels.iter().map(|c| c.width).sum();
+        let mut values = Array2::from_elem((k, width), f32::NAN);
+        let mut first = 0;
+        for channel in channels {
+            let block = self.0.read_widened::<f32>(&channel.name)?.data;
+            let mut to = values.slice_axis_mut(Axis(1), (first..first + channel.width).into());
+            to.iter_mut().zip(block).for_each(|(to, v)| *to = finite(v));
+            first += channel.width;
+        }
+        Ok(values)
+    }
+
     fn column<T: Widened>(&mut self, name: &str, k: Option<usize>) -> Result<Vec<T>> {
         let array = self.0.read_widened::<T>(name)?;
         match (array.shape.as_slice(), k) {

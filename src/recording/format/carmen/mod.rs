@@ -29,7 +29,12 @@ use crate::{
 use message::{Message, Scan};
 use ndarray::{Array2, Axis};
 use odometry::Step;
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::BTreeMap,
+    io::{self, BufRead, BufReader, Read as _},
+    ops::Range,
+    path::Path,
+};
 
 /// Scans in the order in which they lead.
 const LEADERS: [(&str, &str); 5] = [
@@ -46,7 +51,10 @@ const OPTIMISED: f64 = 0.01;
 
 /// A scan, the line it stood in, and where the robot was.
 struct Placed {
+    /// Without its readings, which are kept together.
     scan: Scan,
+    /// Where those stand among the readings of its kind.
+    readings: Range<usize>,
     line: usize,
     pose: Option<Pose>,
     stated: Option<Pose>,
@@ -78,8 +86,25 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
+    read_lines(path, bytes, &mut io::empty(), options)
+}
+
+/// The same of a log whose beginning is at hand and the rest still to be read; only what it says is held, not its text.
+///
+/// # Errors
+/// As [`read`], and where it can't be read on.
+pub(super) fn read_lines(
+    path: &Path,
+    head: &[u8],
+    rest: &mut dyn io::Read,
+    options: &LogOptions,
+) -> Result<ImportedLog> {
     let mut account = ImportReport::default();
-    let events = parse(bytes, &mut account);
+    let lines = BufReader::with_capacity(AT_ONCE, head.chain(rest));
+    let Parsed {
+        events,
+        mut readings,
+    } = parse(lines, &mut account).map_err(|e| Error::file(path, e))?;
     let leader = leader(&events).ok_or_else(|| {
         let is_vertex = |kind: &String| kind.starts_with("VERTEX");
         let what = match account.used_counts().keys().any(is_vertex) {
@@ -93,10 +118,10 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
     })?;
     let widths = usual_widths(&events);
     let mut steps = Vec::new();
-    let mut rows: Vec<&Scan> = Vec::new();
+    let mut rows: Vec<&Placed> = Vec::new();
     // For each snapshot and further channel, the readings that belong to it.
-    let mut beside: Vec<BTreeMap<&str, &Scan>> = Vec::new();
-    let mut latest: BTreeMap<&str, (&Scan, usize)> = BTreeMap::new();
+    let mut beside: Vec<BTreeMap<&str, &Placed>> = Vec::new();
+    let mut latest: BTreeMap<&str, (&Placed, usize)> = BTreeMap::new();
     for event in &events {
         let placed = match event {
             Event::Odometry { pose, stamp_s } => {
@@ -113,19 +138,19 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
             account.passed_over(scan.kind);
             continue;
         }
-        if scan.ranges.len() != widths[scan.kind] {
+        if placed.readings.len() != widths[scan.kind] {
             account.lost(format!(
                 "line {}: `{}`: {} readings; expected {} as in the log's other lines",
                 placed.line,
                 scan.kind,
-                scan.ranges.len(),
+                placed.readings.len(),
                 widths[scan.kind]
             ));
             continue;
         }
         if scan.kind != leader.0 {
             account.used(scan.kind);
-            latest.insert(scan.kind, (scan, rows.len()));
+            latest.insert(scan.kind, (placed, rows.len()));
             continue;
         }
         let elsewhere = options.poses_elsewhere.then(Pose::default);
@@ -137,8 +162,9 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
             continue;
         };
         account.used(scan.kind);
-        let fresh = |(other, before): &&(&Scan, usize)| {
-            *before == rows.len() || (0.0..=LATEST_S).contains(&(scan.stamp_s - other.stamp_s))
+        let fresh = |(other, before): &&(&Placed, usize)| {
+            let age_s = scan.stamp_s - other.scan.stamp_s;
+            *before == rows.len() || (0.0..=LATEST_S).contains(&age_s)
         };
         beside.push(
             latest
@@ -147,7 +173,7 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
                 .map(|(kind, (other, _))| (*kind, *other))
                 .collect(),
         );
-        rows.push(scan);
+        rows.push(placed);
         steps.push(Step::Scan {
             pose,
             stated: placed.stated,
@@ -177,27 +203,32 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
             .filter(|(kind, name)| *name != leader.1 && latest.contains_key(kind))
     };
     let mut channels = Vec::new();
-    let mut values = Array2::from_elem(
-        (
-            rows.len(),
-            widths[leader.0] + further().map(|(kind, _)| widths[kind]).sum::<usize>(),
-        ),
-        f32::NAN,
-    );
+    let width = widths[leader.0] + further().map(|(kind, _)| widths[kind]).sum::<usize>();
+    let size = rows.len() * width;
+    // Where every line of the only kind of scan became a row, its readings are the table.
+    let is_alone = further().next().is_none();
+    let whole = readings.get_mut(leader.0);
+    let whole = whole.filter(|all| is_alone && all.len() == size);
+    let is_whole = whole.is_some();
+    let values = whole.map_or_else(|| vec![f32::NAN; size], std::mem::take);
+    let mut values =
+        Array2::from_shape_vec((rows.len(), width), values).map_err(|e| Error::file(path, e))?;
     let mut first = 0;
     for (kind, name) in std::iter::once(&leader).chain(further()) {
         let width = widths[kind];
         let mut block = values.slice_axis_mut(Axis(1), (first..first + width).into());
-        for (k, mut row) in block.rows_mut().into_iter().enumerate() {
-            let scan = if *kind == leader.0 {
+        let all = readings.get(kind).map_or(&[][..], Vec::as_slice);
+        let to_fill = block.rows_mut().into_iter().enumerate();
+        for (k, mut row) in to_fill.filter(|_| !is_whole) {
+            let placed = if *kind == leader.0 {
                 Some(&rows[k])
             } else {
                 beside[k].get(kind)
             };
-            match scan {
-                Some(scan) => row
+            match placed {
+                Some(placed) => row
                     .iter_mut()
-                    .zip(&scan.ranges)
+                    .zip(&all[placed.readings.clone()])
                     .for_each(|(to, from)| *to = *from),
                 None => account.warning(&format!("snapshot without readings of `{name}`")),
             }
@@ -209,14 +240,14 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
         let example = if *kind == leader.0 {
             Some(rows[0])
         } else {
-            latest.get(kind).map(|(scan, _)| *scan)
+            latest.get(kind).map(|(placed, _)| *placed)
         };
         channels.push(Channel {
             name: (*name).to_string(),
             width,
             unit: "m".to_string(),
             bearing_rad: example
-                .and_then(|scan| scan.fan)
+                .and_then(|placed| placed.scan.fan)
                 .map(|(start, step)| (0..width).map(|i| start + i as f64 * step).collect()),
             maximum,
             offset_m: None,
@@ -235,7 +266,7 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
     let recording = Recording::new(Columns {
         channels,
         values,
-        stamp_s: rows.iter().map(|scan| scan.stamp_s).collect(),
+        stamp_s: rows.iter().map(|placed| placed.scan.stamp_s).collect(),
         pose,
         odometry,
         run,
@@ -248,13 +279,30 @@ pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedL
     })
 }
 
-/// All messages that matter, in order, each with the place it was made at.
-fn parse(bytes: &[u8], account: &mut ImportReport) -> Vec<Event> {
+/// What the lines of a log say.
+struct Parsed {
+    /// All messages that matter, in order, each with the place it was made at.
+    events: Vec<Event>,
+    /// The readings of all scans of a kind, one behind the other.
+    readings: BTreeMap<&'static str, Vec<f32>>,
+}
+
+/// Bytes read at a time.
+const AT_ONCE: usize = 1 << 16;
+
+fn parse(mut lines: impl BufRead, account: &mut ImportReport) -> io::Result<Parsed> {
     let mut events = Vec::new();
+    let mut readings: BTreeMap<&'static str, Vec<f32>> = BTreeMap::new();
     let mut clocks = Clocks::default();
     let mut vertex: Option<Pose> = None;
     let mut last_odometry: Option<Pose> = None;
-    for (number, line) in (1..).zip(bytes.split(|b| *b == b'\n')) {
+    let mut line = Vec::new();
+    for number in 1.. {
+        line.clear();
+        if lines.read_until(b'\n', &mut line)? == 0 {
+            break;
+        }
+        let line = line.strip_suffix(b"\n").unwrap_or(&line);
         let kind = message::kind(line);
         if kind.is_empty() {
             continue;
@@ -272,7 +320,11 @@ fn parse(bytes: &[u8], account: &mut ImportReport) -> Vec<Event> {
                 last_odometry = Some(pose);
                 events.push(Event::Odometry { pose, stamp_s });
             }
-            Ok(Some(Message::Scan(scan))) => {
+            Ok(Some(Message::Scan(mut scan))) => {
+                let all = readings.entry(scan.kind).or_default();
+                let start = all.len();
+                all.extend(std::mem::take(&mut scan.ranges));
+                let own = start..all.len();
                 clocks.check(scan.kind, scan.stamp_s, account);
                 let vertex = vertex.take();
                 let optimised =
@@ -286,6 +338,7 @@ fn parse(bytes: &[u8], account: &mut ImportReport) -> Vec<Event> {
                 };
                 events.push(Event::Scan(Placed {
                     scan,
+                    readings: own,
                     line: number,
                     pose,
                     stated,
@@ -293,7 +346,7 @@ fn parse(bytes: &[u8], account: &mut ImportReport) -> Vec<Event> {
             }
         }
     }
-    events
+    Ok(Parsed { events, readings })
 }
 
 /// A message's name, fit to be printed.
@@ -329,7 +382,7 @@ fn usual_widths(events: &[Event]) -> BTreeMap<&'static str, usize> {
             *counts
                 .entry(placed.scan.kind)
                 .or_default()
-                .entry(placed.scan.ranges.len())
+                .entry(placed.readings.len())
                 .or_default() += 1;
         }
     }

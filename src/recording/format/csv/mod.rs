@@ -42,7 +42,10 @@ use ::csv::{ByteRecord, Reader};
 use header::{Fault, Header};
 use ndarray::Array2;
 use row::Row;
-use std::path::Path;
+use std::{
+    io::{self, Read},
+    path::Path,
+};
 
 /// Rows read at a time; pictures of as many are decoded side by side.
 const BATCH: usize = 256;
@@ -82,8 +85,29 @@ pub(super) fn detect(bytes: &[u8]) -> bool {
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 pub fn read(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
-    let table = Delimited::new(bytes);
-    let mut reader = table.reader();
+    read_lines(path, bytes, &mut io::empty(), options)
+}
+
+/// The same of a table whose beginning is at hand and the rest still to be read; only its numbers are held, not its text.
+///
+/// # Errors
+/// As [`read`], and where it can't be read on.
+pub(super) fn read_lines(
+    path: &Path,
+    head: &[u8],
+    rest: &mut dyn Read,
+    options: &LogOptions,
+) -> Result<ImportedLog> {
+    let mut all = Vec::new();
+    let mut table = Delimited::new(head);
+    if table.is_converted() {
+        // UTF-16 is converted as a whole.
+        all.extend_from_slice(head);
+        rest.read_to_end(&mut all)
+            .map_err(|e| Error::file(path, e))?;
+        table = Delimited::new(&all);
+    }
+    let mut reader = table.reader_with(rest);
     let line_1 = format!("line {}", table.line(1));
     let names = reader.headers().map_err(|e| match e.kind() {
         ::csv::ErrorKind::Utf8 { .. } => {
@@ -195,7 +219,7 @@ struct Numbered {
 fn next_rows(
     path: &Path,
     table: &Delimited,
-    reader: &mut Reader<&[u8]>,
+    reader: &mut Reader<impl Read>,
     header: &Header,
 ) -> Result<Vec<Numbered>> {
     let mut rows = Vec::new();
