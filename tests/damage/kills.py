@@ -4,8 +4,8 @@
     python3 tests/damage/kills.py target/release/ballmark                 # six kills of each command: a minute on two cores
     python3 tests/damage/kills.py target/release/ballmark --kills 100     # a hundred
 
-`train` is started again with --resume, as a user would; `compare` as it was. A killed run may leave its checkpoint and a temporary file of the output
-that it was writing, and no half of an output; nothing of them may be left after the run that ends. Then: a full disk (where a small one can
+`train` is started again with --resume, as a user would; `compare` and `sweep run` as they were. A killed run may leave its checkpoint and a temporary file of the output
+that it was writing, and no half of an output; nothing of them may be left after the run that ends. Then: system calls that signals interrupt (where there is strace), a full disk (where a small one can
 be mounted, else a limit on the size of a file), a read-only folder, and two runs with one output at once. Standard library alone.
 """
 
@@ -52,6 +52,17 @@ trials = 6
 longest_m = 8.0
 resamples = 20
 """
+SWEEP = """command = "train"
+data = "d.npz"
+seeds = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]
+[base]
+recipe = "thrun1998"
+[base.train]
+uncertainty = "2m"
+[base.train.descent]
+steps = 5
+"""
+RUN_SWEEP = ["sweep", "run", "s", "--jobs", "2"]
 faults = []
 
 
@@ -77,7 +88,8 @@ def contents(folder):
                 pass  # not whole: no other file is like it
         return data
 
-    left_out = ("cost.", "quality-against-cost", "index.html")
+    # A sweep's plan names the folder that it is in.
+    left_out = ("cost.", "quality-against-cost", "index.html", "times.jsonl", "plan.json", "run.slurm")
     files = (p for p in sorted(Path(folder).rglob("*")) if p.is_file() and not p.name.startswith(left_out))
     return {str(p.relative_to(folder)): plain(p) for p in files}
 
@@ -87,7 +99,8 @@ def check(what, holds, said=""):
         faults.append(f"{what}: {said.strip().splitlines()[-1][:200] if said.strip() else ''}")
 
 
-def kills(binary, name, call, again, prepare, count, checkpoint=()):
+def kills(binary, name, call, again, prepare, count, checkpoint=(), plants=True):
+    """`plants`: is every output written again, and with it what a kill left beside it taken away?"""
     with tempfile.TemporaryDirectory() as folder:
         prepare(Path(folder))
         given = os.listdir(folder)
@@ -109,7 +122,7 @@ def kills(binary, name, call, again, prepare, count, checkpoint=()):
             for file, data in contents(folder).items():
                 if file in whole and data != whole[file] and "checkpoint" not in file:
                     faults.append(f"{name} {number}: after a kill at {after_s:.3f} s, {file} is there and not whole")
-            if number == 0:  # as if killed amid a write, which few instants hit
+            if number == 0 and plants:  # as if killed amid a write, which few instants hit
                 for file in [*(file for file in whole if file not in given), *checkpoint]:
                     left = Path(folder) / file
                     left.parent.mkdir(parents=True, exist_ok=True)
@@ -121,6 +134,41 @@ def kills(binary, name, call, again, prepare, count, checkpoint=()):
             differ = [file for file in whole if made.get(file) != whole[file]]
             check(f"{name} {number}, killed at {after_s:.3f} s: {differ} differ", not differ)
     print(f"{name}: {killed} of {count} runs of {lasted:.1f} s were killed; the same bytes")
+
+
+def planned(binary, folder):
+    """A sweep of a few cells, none of them run."""
+    shutil.copy(DATASET, folder / "d.npz")
+    (folder / "s.toml").write_text(SWEEP)
+    status, said = run(binary, ["sweep", "plan", "s.toml", "-o", "s"], folder)
+    check("sweep: planned", status == 0, said)
+
+
+def interrupted(binary):
+    """System calls that a signal interrupts (EINTR) are made again: the same bytes. Every other one is made to fail so, by strace."""
+    if not shutil.which("strace"):
+        print("interrupted system calls: skipped, as there is no strace")
+        return
+    log = "".join(f"FLASER 3 1.5 2.5 {k % 7} {k} 0 0 {k} 0 0 {k} h {k}\n" for k in range(3000))
+    train = [word if word != DATASET else "d.npz" for word in TRAIN]
+
+    def made(inject):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "walk.log").write_text(log)
+            shutil.copy(DATASET, Path(folder) / "d.npz")
+            for call in (["import", "walk.log", "-o", "walk.npz"], train):
+                first, *rest = [*inject, binary, *call]
+                status, said = run(first, rest, folder)
+                check(f"interrupted {inject}: {call[0]}", status == 0, said)
+            return contents(folder)
+
+    before, whole = len(faults), made([])
+    strace = ["strace", "-f", "-qq", "-o", "/dev/null"]
+    # Opening and reading by file alone, or the loader of the program would be interrupted, too, and it gives up.
+    inputs = ["-P", "walk.log", "-P", "d.npz"]
+    for only, calls in ((inputs, "openat"), (inputs, "read"), ([], "write,pwrite64"), ([], "fsync,fdatasync,ftruncate")):
+        check(f"interrupted {calls}: other bytes", made([*strace, *only, "-e", f"inject={calls}:error=EINTR:when=1+2"]) == whole)
+    print(f"interrupted system calls: {'other bytes' if len(faults) > before else 'the same bytes'}")
 
 
 def full_disk(binary):
@@ -181,6 +229,8 @@ def main():
     binary = str(Path(arguments.binary).resolve())
     kills(binary, "train", TRAIN, [*TRAIN, "--resume"], lambda folder: None, arguments.kills, ["m.safetensors.checkpoint"])
     kills(binary, "compare", COMPARE, COMPARE, lambda folder: (folder / "compare.toml").write_text(CONFIG), arguments.kills)
+    kills(binary, "sweep", RUN_SWEEP, RUN_SWEEP, lambda folder: planned(binary, folder), arguments.kills, plants=False)
+    interrupted(binary)
     full_disk(binary)
     read_only(binary)
     two_at_once(binary)
