@@ -23,7 +23,14 @@ pub struct MapConfig {
     pub unmodelled_when_rendered: f64,
     /// What the places between are filled from.
     pub filled_from: FilledFrom,
+    /// Snapshots of the training part that come into the map at most, evenly over the places
+    /// ([`thinned`](super::thinning::thinned)); 0: all of them. All are learned from.
+    pub most_places: usize,
 }
+
+/// Places of a map at most, where nothing else is said: as many as a building of a kilometre of corridor has at five a metre and
+/// in both directions.
+const MOST_PLACES: usize = 10_000;
 
 /// What a map is filled from between the snapshots that were taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -39,6 +46,22 @@ pub enum FilledFrom {
     Rendered,
 }
 
+impl MapConfig {
+    /// Is there room in a map for the neighbours of a place?
+    ///
+    /// # Errors
+    /// A usage error that names the key.
+    pub fn check_most_places(&self) -> Result<()> {
+        match self.most_places == 0 || self.most_places >= self.nearness.k {
+            true => Ok(()),
+            false => Err(Error::usage(format!(
+                "map.most_places = {}: expected 0 (all), or at least map.nearness.k = {}",
+                self.most_places, self.nearness.k
+            ))),
+        }
+    }
+}
+
 impl Default for MapConfig {
     fn default() -> Self {
         Self {
@@ -46,6 +69,7 @@ impl Default for MapConfig {
             unmodelled_probability: 0.002,
             unmodelled_when_rendered: 0.05,
             filled_from: FilledFrom::default(),
+            most_places: MOST_PLACES,
         }
     }
 }

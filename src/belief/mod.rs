@@ -30,6 +30,7 @@ pub mod prior;
 pub mod signal_field;
 pub mod smoothing;
 mod support;
+pub mod thinning;
 mod transport;
 mod turn;
 

@@ -13,6 +13,7 @@ use super::held_out;
 use crate::{
     belief::{
         FeatureMap, MapConfig, Neighbours, Places, Uncertainty, prior::DEFAULT_HALF_TURN_RAD,
+        thinning::thinned_snapshots,
     },
     error::{Error, Result},
     learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES, training_set::covered},
@@ -77,6 +78,9 @@ impl ErrorReductionConfig {
                 "error_reduction: `map.unmodelled_probability` is {chance}; expected more than 0, below 1"
             )));
         }
+        self.map
+            .check_most_places()
+            .map_err(|e| e.context("error_reduction"))?;
         self.map.nearness.check(usize::MAX)
     }
 }
@@ -152,7 +156,7 @@ pub fn by_classes(
     )?;
     for candidate in 0..candidates {
         for &neighbour in near.of(candidate) {
-            let given = times.entry(class[mapping[neighbour]]);
+            let given = times.entry(class[context.mapping[neighbour]]);
             given.or_insert_with(|| vec![0; candidates])[candidate] += 1;
         }
     }
@@ -198,7 +202,7 @@ pub fn by_probabilities(
 ) -> Result<Curve> {
     let context = CurveContext::new(places, mapping, testing, answers.nrows(), config)?;
     let candidates = &context.candidates;
-    let activation = answers.select(Axis(0), mapping);
+    let activation = answers.select(Axis(0), &context.mapping);
     let map =
         FeatureMap::new(candidates.clone(), activation, config.map.clone())?.at(candidates)?;
     context.curve(|prior, truths| {
@@ -214,6 +218,8 @@ pub fn by_probabilities(
 /// What both kinds of answers share.
 struct CurveContext<'a> {
     places: &'a Places,
+    /// Mapping snapshots that the map is made of.
+    mapping: Vec<usize>,
     /// Test snapshots at mapped places.
     mapped: Vec<usize>,
     candidates: Places,
@@ -242,9 +248,11 @@ impl<'a> CurveContext<'a> {
             return wrong(format!("snapshot {index}; expected one of {snapshots}"));
         }
         config.map.nearness.check(mapping.len())?;
-        let candidates = places.select(mapping);
+        let mapping = thinned_snapshots(places, mapping, config.map.most_places);
+        let candidates = places.select(&mapping);
         Ok(Self {
             places,
+            mapping,
             mapped: covered(places, testing, &candidates),
             candidates,
             config,

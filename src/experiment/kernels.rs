@@ -89,8 +89,8 @@ pub(super) fn kernel_views<'a>(
         let method = scans.method(context, &of_map, &distances, &|_| Ok(Vec::new()));
         return Ok(with_views(method?, views));
     }
-    let of_run = drawn(context.parts.run, &context.parts.unseen)?;
-    let of_validation = drawn(&source.recording, &source.validation)?;
+    let of_run = drawn(context.parts.run, &scans.asked)?;
+    let of_validation = drawn(&source.recording, &scans.asked_of_validation)?;
     let distances = |asked: &Asked| {
         let mut least = least_mean_squares(asked.recorded.view(), &of_map);
         let views = if asked.is_run {
@@ -160,17 +160,20 @@ struct Scans {
     input: Input,
     /// Of the training part: the map.
     recorded: Array2<f32>,
-    /// Of the validation part.
+    /// Snapshots of the validation part that are asked about.
+    asked_of_validation: Vec<usize>,
     of_validation: Array2<f32>,
-    /// Of the unseen part of the run.
+    /// Snapshots of the unseen part of the run that are asked about.
+    asked: Vec<usize>,
     of_run: Array2<f32>,
 }
 
 impl Scans {
     fn of(context: &MethodContext) -> Result<Self> {
         let source = context.source()?;
+        let (asked, asked_of_validation) = (context.asked(), context.asked_of_validation()?);
         check_size(
-            context.parts.unseen.len().max(source.validation.len()),
+            asked.len().max(asked_of_validation.len()),
             source.training.len(),
         )?;
         let config = InputConfig {
@@ -178,12 +181,16 @@ impl Scans {
             ..context.mapped.input.clone()
         };
         let input = Input::fit(&config, &source.recording, &source.training)?.with_common_scale();
-        let of_source = input.transform(&source.recording)?;
-        let of_run = input.transform(context.parts.run)?;
+        let inputs = |recording: &Recording, snapshots: &[usize]| match snapshots.is_empty() {
+            true => Ok(Array2::zeros((0, input.width()))),
+            false => input.transform(&recording.select(snapshots)?),
+        };
         Ok(Self {
-            recorded: of_source.select(Axis(0), &source.training),
-            of_validation: of_source.select(Axis(0), &source.validation),
-            of_run: of_run.select(Axis(0), &context.parts.unseen),
+            recorded: inputs(&source.recording, &source.training)?,
+            of_validation: inputs(&source.recording, &asked_of_validation)?,
+            of_run: inputs(context.parts.run, &asked)?,
+            asked,
+            asked_of_validation,
             input,
         })
     }
@@ -217,11 +224,12 @@ impl Scans {
         })?;
 
         // The bandwidth of least error on the validation part, by prior.
-        let validation = covered(&source_places, &source.validation, places);
+        let validation = covered(&source_places, &self.asked_of_validation, places);
         let tuned = |prior: Uncertainty| {
             let counted = held_out::counted(prior, &source_places, &validation, places);
-            let is_counted = |row: &usize| counted.binary_search(&source.validation[*row]).is_ok();
-            let rows: Vec<usize> = (0..source.validation.len()).filter(is_counted).collect();
+            let asked = &self.asked_of_validation;
+            let is_counted = |row: &usize| counted.binary_search(&asked[*row]).is_ok();
+            let rows: Vec<usize> = (0..asked.len()).filter(is_counted).collect();
             evidence_tuning::tuned_bandwidth(
                 prior,
                 &source_places.select(&counted),
@@ -230,8 +238,8 @@ impl Scans {
             )
         };
         let held_out = context.on_counted(|prior, truths| {
-            let is_counted = |row: &usize| truths.binary_search(&parts.unseen[*row]).is_ok();
-            let rows: Vec<usize> = (0..parts.unseen.len()).filter(is_counted).collect();
+            let is_counted = |row: &usize| truths.binary_search(&self.asked[*row]).is_ok();
+            let rows: Vec<usize> = (0..self.asked.len()).filter(is_counted).collect();
             let (truths, square) = (parts.places.select(truths), square.select(Axis(0), &rows));
             Ok(held_out::by_kernel(
                 prior,
@@ -248,8 +256,8 @@ impl Scans {
             let cells = Arc::clone(&context.cells);
             PreparedKernel::new(snapshots.to_vec(), square, cells, bandwidth, chance)
         };
-        let sensor = prepared(&parts.unseen, square);
-        let validation = prepared(&source.validation, on_validation);
+        let sensor = prepared(&self.asked, square);
+        let validation = prepared(&self.asked_of_validation, on_validation);
         Ok(Method {
             bandwidth: Some(bandwidth),
             ready_ms,

@@ -7,16 +7,15 @@ use super::{
 };
 use crate::{
     belief::{Evidence, FeatureMap, GridMap, Places},
-    detector::{
-        Detector, Viewed, input::Input, net::NetDetector, random_projection::RandomProjection,
-    },
+    detector::{Viewed, input::Input, net::NetDetector, random_projection::RandomProjection},
     error::Result,
-    localiser::{PreparedSensorModel, sensor_model::PreparedEveryPose},
+    localiser::{
+        PreparedSensorModel,
+        sensor_model::{DetectorAnswers, PreparedEveryPose},
+    },
     mapping::OccupancyMap,
     model::Model,
-    recording::Recording,
 };
-use ndarray::Array2;
 use std::sync::Arc;
 
 /// How learned features are kept and compared.
@@ -46,24 +45,27 @@ pub(super) fn learned_features<'a>(
     let n = model.features();
     let detector = looking(context, model);
     let source = context.parts.source.as_ref();
-    let as_kept = |features: Array2<f32>| match rounded {
-        Rounded::No => features,
-        Rounded::ToBits => features.mapv(f32::round),
+    let as_kept = |features: &DetectorAnswers| match rounded {
+        Rounded::No => features.clone(),
+        Rounded::ToBits => features.mapped(f32::round),
     };
-    let answered = |recording: &Recording| detector.probabilities(&*model.seen_in(recording)?);
-    let on_run = FeatureAnswers::of_run(&detector, &*model.seen_in(context.parts.run)?)?;
+    let seen = |recording| model.seen_in(recording);
+    let run = seen(context.parts.run)?;
+    let source = source.map(|source| seen(&source.recording)).transpose()?;
+    let answers = context.answers_of(&detector, &run, source.as_deref())?;
     let answers = FeatureAnswers {
-        run: as_kept(on_run.run),
-        source: source
-            .map(|source| answered(&source.recording).map(as_kept))
-            .transpose()?,
-        ..on_run
+        run: as_kept(&answers.run),
+        source: answers.source.as_ref().map(as_kept),
+        ..answers
     };
     let places = match context.mapped.places {
         Places::Plane(_) => Places::Plane(model.pose.clone()),
         Places::Route(_) => model.places(),
     };
-    let activation = as_kept(model.activation.clone()).mapv(f64::from);
+    let activation = match rounded {
+        Rounded::No => model.activation.mapv(f64::from),
+        Rounded::ToBits => model.activation.mapv(|g| f64::from(g.round())),
+    };
     let map = FeatureMap::new(places, activation, model.header.recipe.map.clone())?;
     let (bytes_per_place, evidence) = match rounded {
         Rounded::No => (size_of::<f32>() * n, context.evidence_for(n)),
@@ -107,13 +109,9 @@ fn at_every_pose<'a>(
         },
     };
     let detector = looking(context, model);
-    let on_run = FeatureAnswers::of_run(&detector, context.parts.run)?;
     let source = context.parts.source.as_ref();
-    let on_source = source.map(|source| detector.probabilities(&source.recording));
-    let answers = FeatureAnswers {
-        source: on_source.transpose()?,
-        ..on_run
-    };
+    let source = source.map(|source| &*source.recording);
+    let answers = context.answers_of(&detector, context.parts.run, source)?;
     let judged = match at_candidates {
         None => Judged::default(),
         Some(known) => {

@@ -159,7 +159,7 @@ pub fn play(
         protocol: ProtocolRecord::of_trials(context, &trials),
         cells: context.grid.len(),
         unseen: parts.unseen.len(),
-        covered: parts.covered(&context.mapped.places).len(),
+        covered: context.all_covered().len(),
         judged: context.covered().len(),
         unseen_is_validation: parts.unseen_is_validation,
         people: context.config.people(),

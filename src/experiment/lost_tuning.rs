@@ -22,7 +22,7 @@ use crate::{
 use rayon::prelude::*;
 
 /// Sequences that are driven, each with and without a jump.
-const SEQUENCES: usize = 12;
+pub(super) const SEQUENCES: usize = 12;
 
 /// One step: was the robot lost, and what the score is made of.
 #[derive(Debug, Clone, Copy)]

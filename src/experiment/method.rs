@@ -9,11 +9,10 @@ use crate::{
     detector::Detector,
     error::Result,
     learning::error_reduction::ErrorReduction,
-    localiser::{Localiser, PreparedSensorModel, SensorModel},
+    localiser::{Localiser, PreparedSensorModel, SensorModel, sensor_model::DetectorAnswers},
     mapping::OccupancyMap,
     recording::Recording,
 };
-use ndarray::Array2;
 use std::sync::Arc;
 
 /// Someone who can be asked where the robot is.
@@ -81,37 +80,29 @@ impl AnswersBy<'_> {
     }
 }
 
-/// What features are in snapshots, `[snapshot, feature]`.
+/// What features are in snapshots.
 #[derive(Debug, Clone)]
 pub struct FeatureAnswers {
-    /// In all of the run.
-    pub run: Array2<f32>,
+    /// In those of the run that are asked about.
+    pub run: DetectorAnswers,
     /// Milliseconds that a snapshot takes alone on one thread.
     pub ready_ms: f64,
-    /// In all that the models learned from, where it is at hand.
-    pub source: Option<Array2<f32>>,
+    /// In those of the validation part that are asked about, where what the models learned from is at hand.
+    pub source: Option<DetectorAnswers>,
 }
 
 impl FeatureAnswers {
-    /// What a detector answers on a run, and how long it takes for a snapshot.
+    /// What a detector answers to these snapshots of a run, and how long it takes for one.
     ///
     /// # Errors
     /// Where the recording lacks the detector's sensors.
-    pub fn of_run(detector: &dyn Detector, run: &Recording) -> Result<Self> {
-        let all: Vec<usize> = (0..run.len()).collect();
+    pub fn of_run(detector: &dyn Detector, run: &Recording, asked: &[usize]) -> Result<Self> {
+        let detect = |k| detector.detect(&run.observation(k)).map(drop);
         Ok(Self {
-            run: detector.probabilities(run)?,
-            ready_ms: ready_ms(&all, |k| detector.detect(&run.observation(k)).map(drop))?,
+            run: DetectorAnswers::of(detector, run, asked)?,
+            ready_ms: ready_ms(asked, detect)?,
             source: None,
         })
-    }
-
-    /// The same with what it answered on all that the models learned from.
-    pub fn with_source(self, source: Array2<f32>) -> Self {
-        Self {
-            source: Some(source),
-            ..self
-        }
     }
 }
 

@@ -6,6 +6,7 @@ use super::{
     localise_config::LocaliseConfig,
     mapped::Mapped,
     method::{AnswersBy, FeatureAnswers, Method, method},
+    once::Once,
     parts::{Parts, TrainingSource},
 };
 use crate::{
@@ -14,14 +15,15 @@ use crate::{
     error::{Error, Result},
     learning::objective::MAX_FEATURES,
     localiser::{
-        Localiser, PreparedSensorModel, SensorModel, responses::ResponseModel,
-        sensor_model::PreparedFeatures,
+        Localiser, PreparedSensorModel, SensorModel,
+        responses::ResponseModel,
+        sensor_model::{DetectorAnswers, PreparedFeatures},
     },
     model::Model,
     recogniser::Recogniser,
+    recording::Recording,
     seed::Seed,
 };
-use ndarray::Axis;
 use std::sync::Arc;
 
 /// Priors that single snapshots are always judged under.
@@ -64,6 +66,8 @@ pub struct MethodContext<'a> {
     pub priors: Vec<Uncertainty>,
     /// Are beliefs kept along a few trials, for readers to watch ([`Record::beliefs`](super::localisation::Record::beliefs))?
     pub keeps_beliefs: bool,
+    /// What follows from places and parts.
+    pub(super) once: Once,
 }
 
 impl<'a> MethodContext<'a> {
@@ -133,6 +137,7 @@ impl<'a> MethodContext<'a> {
             cells,
             priors: vec!["2m".parse()?, Uncertainty::Global],
             keeps_beliefs: false,
+            once: Once::default(),
         })
     }
 
@@ -204,18 +209,38 @@ impl<'a> MethodContext<'a> {
         self.features(name, title, size_of::<f32>() * n, (answers, map, evidence))
     }
 
-    /// What a detector answers on the run and on what the models learned from, and its map of the training part.
+    /// What a detector answers on the run and on the validation part, and its map of the training part.
     ///
     /// # Errors
     /// As [`MethodContext::detector`].
     pub fn map_of(&self, detector: &dyn Detector) -> Result<(FeatureAnswers, FeatureMap)> {
         let source = self.source()?;
-        let on_source = detector.probabilities(&source.recording)?;
-        let training = on_source.select(Axis(0), &source.training);
+        let training = detector.probabilities(&source.recording.select(&source.training)?)?;
         let map = self.mapped.map.clone();
         let map = FeatureMap::new(self.mapped.places.clone(), training.mapv(f64::from), map)?;
-        let answers = FeatureAnswers::of_run(detector, self.parts.run)?;
-        Ok((answers.with_source(on_source), map))
+        Ok((
+            self.answers_of(detector, self.parts.run, Some(&*source.recording))?,
+            map,
+        ))
+    }
+
+    /// What a detector answers to the snapshots that are asked about: of the run, and of what the models learned from, where it is at
+    /// hand.
+    pub(super) fn answers_of(
+        &self,
+        detector: &dyn Detector,
+        run: &Recording,
+        source: Option<&Recording>,
+    ) -> Result<FeatureAnswers> {
+        let on_run = FeatureAnswers::of_run(detector, run, &self.asked())?;
+        let of_validation = |recording| {
+            let asked = self.asked_of_validation()?;
+            DetectorAnswers::of(detector, recording, &asked)
+        };
+        Ok(FeatureAnswers {
+            source: source.map(of_validation).transpose()?,
+            ..on_run
+        })
     }
 
     /// The filter with features: what they are, their map, and how they are held against it; `bytes_per_place` is what the map
@@ -242,9 +267,9 @@ impl<'a> MethodContext<'a> {
             false => map.at(self.grid.places()),
         };
         let map = Arc::new(at_cells?);
-        let sensor = PreparedFeatures::new(&answers.run, Arc::clone(&map), evidence);
+        let sensor = PreparedFeatures::new(answers.run, Arc::clone(&map), evidence);
         let on_source = |source| PreparedFeatures::new(source, map, evidence);
-        let validation = answers.source.as_ref().map(on_source);
+        let validation = answers.source.map(on_source);
         Ok(Method {
             held_out: judged.held_out,
             single_snapshots: judged.evidence,

@@ -1,6 +1,7 @@
 //! Experiments: systems answer, and their answers are compared with the truth, which only this room has.
 
 pub mod adaptation;
+mod asked;
 mod bank_row;
 pub mod belief_traces;
 mod carried;
@@ -35,6 +36,7 @@ pub mod method;
 mod method_localiser;
 pub mod methods;
 pub mod more_particles;
+mod once;
 pub mod over_seeds;
 pub mod paired_trials;
 pub mod parts;

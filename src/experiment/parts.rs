@@ -2,7 +2,7 @@
 
 use super::{protocol::Protocol, same_sensor::refuse_other_sensor};
 use crate::{
-    belief::Places,
+    belief::{MapConfig, Places, thinning::thinned_snapshots},
     error::{Error, Result},
     learning::training_set::covered,
     model::{Model, seen},
@@ -31,7 +31,8 @@ pub struct Parts<'a> {
 pub struct TrainingSource<'a> {
     /// The whole recording.
     pub recording: Cow<'a, Recording>,
-    /// Snapshots that the weights descended on.
+    /// Snapshots that maps are made of: those that the weights descended on, or of a long log so many of them as a map may have
+    /// ([`thinned`](crate::belief::thinning::thinned)).
     pub training: Vec<usize>,
     /// Snapshots that stopped them.
     pub validation: Vec<usize>,
@@ -65,10 +66,11 @@ impl<'a> Parts<'a> {
             .map(|recording| {
                 let split = model.header.recipe.split.split(&recording)?;
                 let test = split.test.clone();
+                let training = model.mapped_of(&recording, &split.train);
                 Ok::<_, Error>((
                     TrainingSource {
                         recording,
-                        training: split.train,
+                        training,
                         validation: split.validation,
                     },
                     test,
@@ -109,19 +111,19 @@ impl<'a> Parts<'a> {
     /// Those of a protocol: what is tested on is unseen, what maps is learned from.
     pub fn of_protocol(protocol: &'a Protocol<'a>) -> Self {
         let is_training = |k: &usize| protocol.validation.binary_search(k).is_err();
+        let mapping = protocol.mapping.iter().copied();
+        let training: Vec<usize> = mapping.filter(is_training).collect();
+        let places = Places::of(&protocol.recording);
+        let most = MapConfig::default().most_places;
+        let training = thinned_snapshots(&places, &training, most);
         Self {
             run: &protocol.recording,
-            places: Places::of(&protocol.recording),
+            places,
             unseen: protocol.testing.clone(),
             unseen_is_validation: false,
             source: Some(TrainingSource {
                 recording: Cow::Borrowed(&*protocol.recording),
-                training: protocol
-                    .mapping
-                    .iter()
-                    .copied()
-                    .filter(is_training)
-                    .collect(),
+                training,
                 validation: protocol.validation.clone(),
             }),
         }
@@ -233,4 +235,69 @@ pub fn odometry_is_the_truth(recording: &Recording) -> bool {
                 && (said.turn_rad - was.turn_rad).abs() < 1e-9
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        learning::Recipe,
+        model::{Learned, Memory, Note, Training},
+        world::corridor::{CorridorConfig, thrun1998},
+    };
+
+    /// A map of fewer places than snapshots were learned from: everybody finds the same ones again, from the file as from memory.
+    #[test]
+    fn a_map_of_some_training_places_is_known_as_such() {
+        const MOST: usize = 60;
+        let config = CorridorConfig {
+            runs: 6,
+            spacing_m: 1.0,
+        };
+        let recording = thrun1998(Seed(1), &config).unwrap();
+        let mut recipe = Recipe {
+            features: 1,
+            ..Recipe::default()
+        };
+        recipe.split.test_fold = Some(0);
+        recipe.descent.steps = 20;
+        let all = recipe.split.split(&recording).unwrap().train;
+        let Learned {
+            model: of_all,
+            report,
+        } = Training::new(&recipe, &recording).run().unwrap();
+        let is_thinned = |note: &Note| matches!(note, Note::MapThinned(..));
+        assert!(!report.notes.iter().any(is_thinned));
+        assert_eq!(of_all.pose.len(), all.len());
+        recipe.map.most_places = MOST;
+        let Learned { model, report } = Training::new(&recipe, &recording).run().unwrap();
+        assert!((MOST / 2..=MOST).contains(&model.pose.len()));
+        // All of them are learned from, and whoever trained it is told.
+        assert_eq!(model.weights, of_all.weights);
+        let told = Note::MapThinned(model.pose.len(), all.len());
+        assert!(report.notes.contains(&told));
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("m.safetensors");
+        model.write(&file).unwrap();
+        assert_eq!(Model::read(&file).unwrap(), model);
+
+        let parts = Parts::new(&model, &recording, None).unwrap();
+        let source = parts.source.as_ref().unwrap();
+        let poses = |snapshots: &[usize]| -> Vec<_> {
+            snapshots.iter().map(|&k| recording.poses()[k]).collect()
+        };
+        assert_eq!(poses(&source.training), model.pose);
+        assert!(source.training.iter().all(|k| all.contains(k)));
+        let memory = Memory::of(&model, &recording).unwrap();
+        assert_eq!(memory.recording().poses(), model.pose);
+        // The activations are those of these snapshots.
+        let detector = crate::detector::Detector::probabilities(
+            &model.detector(),
+            &recording.select(&source.training).unwrap(),
+        );
+        let apart = &detector.unwrap() - &model.activation;
+        assert!(apart.iter().all(|d| d.abs() < 1e-5));
+        // A file of before, whose header has no such key and whose map has all places, is known as well.
+        assert!(seen::is_source(&of_all, &recording).unwrap());
+    }
 }

@@ -31,15 +31,19 @@ pub struct Recalled {
     pub error_m: f64,
 }
 
+/// The unseen snapshots that are asked.
+pub(super) fn sampled(context: &MethodContext) -> Vec<usize> {
+    evenly(context.all_covered().to_vec(), SNAPSHOTS)
+}
+
 /// Asks a sensor model for unseen snapshots at places that training saw.
 fn recall(context: &MethodContext, sensor: &dyn PreparedSensorModel) -> Result<Vec<Recalled>> {
     let parts = context.parts;
-    let covered = parts.covered(&context.mapped.places);
+    let asked = sampled(context);
     let runs = parts.run.runs();
     let run_of = |k: usize| runs.partition_point(|run| run.end <= k);
     let travelled = parts.run.travelled_m();
-    let several = covered.iter().any(|&k| run_of(k) != run_of(covered[0]));
-    let asked = evenly(covered, SNAPSHOTS);
+    let several = asked.iter().any(|&k| run_of(k) != run_of(asked[0]));
     let answer = |&k: &usize| {
         let start = Belief::uniform(context.grid.places())?;
         let mut stream = context.seed().numbered_stream("recall", k as u64);

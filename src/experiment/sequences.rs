@@ -4,6 +4,7 @@ use super::{
     evidence_tuning::Sequences,
     method::{AnswersBy, Method},
     methods::MethodContext,
+    once::kept,
     trials::{self, Trial, TrialSampling},
 };
 use crate::{
@@ -23,8 +24,27 @@ pub(super) fn drawn(context: &MethodContext) -> Result<Vec<Trial>> {
         shortest_m: config.shortest_m,
         longest_m: config.longest_m,
     };
-    let stretches = mapped_stretches(context, parts.run, &parts.places, &parts.unseen)?;
-    trials::draw(parts.run, &stretches, &sampling, context.seed())
+    let stretches = context.unseen_stretches()?;
+    trials::draw(parts.run, stretches, &sampling, context.seed())
+}
+
+impl MethodContext<'_> {
+    /// Stretches of the unseen part that lead through places that training saw.
+    fn unseen_stretches(&self) -> Result<&[Range<usize>]> {
+        kept(&self.once.unseen_stretches, || {
+            let parts = self.parts;
+            mapped_stretches(self, parts.run, &parts.places, &parts.unseen)
+        })
+    }
+
+    /// The same of the validation part.
+    fn validation_stretches(&self) -> Result<&[Range<usize>]> {
+        kept(&self.once.validation_stretches, || {
+            let source = self.source()?;
+            let places = Places::of(&source.recording);
+            mapped_stretches(self, &source.recording, &places, &source.validation)
+        })
+    }
 }
 
 /// Stretches of a part that lead through places that training saw.
@@ -42,7 +62,7 @@ fn mapped_stretches(
 }
 
 /// Sequences of the validation part, for tuning evidence: as many as settle it.
-const VALIDATION_SEQUENCES: usize = 8;
+pub(super) const VALIDATION_SEQUENCES: usize = 8;
 
 /// Their length, in metres.
 const VALIDATION_LENGTH_M: f64 = 10.0;
@@ -54,8 +74,7 @@ pub(super) fn validation_sequences(context: &MethodContext, count: usize) -> Res
         return Ok(Vec::new());
     };
     let (recording, config) = (&*source.recording, context.config);
-    let places = Places::of(recording);
-    let stretches = mapped_stretches(context, recording, &places, &source.validation)?;
+    let stretches = context.validation_stretches()?;
     for shortest_m in [config.shortest_m, 1.0] {
         let sampling = TrialSampling {
             count,
@@ -63,7 +82,7 @@ pub(super) fn validation_sequences(context: &MethodContext, count: usize) -> Res
             shortest_m,
             longest_m: VALIDATION_LENGTH_M.max(shortest_m),
         };
-        if let Ok(drawn) = trials::draw(recording, &stretches, &sampling, context.seed()) {
+        if let Ok(drawn) = trials::draw(recording, stretches, &sampling, context.seed()) {
             return Ok(drawn);
         }
     }

@@ -8,20 +8,26 @@ use super::{
     kept_evidence::{Judged, SingleSnapshots, table, together},
     method::FeatureAnswers,
     methods::MethodContext,
+    once::kept,
 };
 use crate::{
     belief::{Belief, Evidence, GridMap, Places, Uncertainty},
-    error::Result,
+    error::{Error, Result},
     learning::{error_reduction::ErrorReduction, objective::MAX_FEATURES, training_set::covered},
-    localiser::{PreparedSensorModel, SensorModel, sensor_model::PreparedFeatures},
+    localiser::{
+        PreparedSensorModel, SensorModel,
+        sensor_model::{DetectorAnswers, PreparedFeatures},
+    },
 };
-use ndarray::Axis;
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Unseen snapshots that are judged at most: each is held against every training place, so that all of a long log would take
 /// time with the square of its length.
-pub(super) const MAX_JUDGED: usize = 4000;
+const MAX_JUDGED: usize = 4000;
+
+/// Pairs of an unseen snapshot and a training place that are judged at most, or little more: fewer snapshots of a large map.
+const MOST_PAIRS: usize = 32 << 20;
 
 /// Snapshots of the validation part that are enough to choose a power by.
 const MAX_VALIDATED: usize = 300;
@@ -55,9 +61,11 @@ impl MethodContext<'_> {
     ) -> Result<Judged> {
         let candidates = &self.mapped.places;
         let rule = match evidence {
-            Evidence::Sampled | Evidence::Jeffrey if answers.run.ncols() <= MAX_FEATURES => {
+            Evidence::Sampled | Evidence::Jeffrey if answers.run.features() <= MAX_FEATURES => {
                 let held_out = self.on_counted(|prior, truths| {
-                    let seen = answers.run.select(Axis(0), truths).mapv(f64::from);
+                    let seen = answers.run.select(truths);
+                    let seen = seen.ok_or_else(|| Error::work("features: of other snapshots"))?;
+                    let seen = seen.mapv(f64::from);
                     let truths = self.parts.places.select(truths);
                     let map = (candidates, at_candidates.as_ref());
                     held_out::by_features(prior, (&truths, seen.view()), map)
@@ -70,7 +78,9 @@ impl MethodContext<'_> {
             Evidence::Likelihood => Evidence::Likelihood,
             _ => Evidence::MeanField,
         };
-        let sensor = |answers| PreparedFeatures::new(answers, Arc::clone(at_candidates), rule);
+        let sensor = |answers: &DetectorAnswers| {
+            PreparedFeatures::new(answers.clone(), Arc::clone(at_candidates), rule)
+        };
         let validated = self.parts.source.as_ref().map(|_| self.validated());
         let validated = validated.transpose()?;
         let on_source = answers.source.as_ref().map(sensor);
@@ -211,9 +221,19 @@ impl MethodContext<'_> {
         })
     }
 
-    /// Unseen snapshots at places that training saw, evenly chosen where there are more than [`MAX_JUDGED`].
+    /// All unseen snapshots at places that training saw.
+    pub(super) fn all_covered(&self) -> &[usize] {
+        let covered = || self.parts.covered(&self.mapped.places);
+        self.once.covered.get_or_init(covered)
+    }
+
+    /// Unseen snapshots at places that training saw, evenly chosen where there are more than [`MAX_JUDGED`], or [`MOST_PAIRS`] with all
+    /// places.
     pub(super) fn covered(&self) -> Vec<usize> {
-        evenly(self.parts.covered(&self.mapped.places), MAX_JUDGED)
+        let most = MOST_PAIRS
+            .div_ceil(self.mapped.places.len())
+            .min(MAX_JUDGED);
+        evenly(self.all_covered().to_vec(), most)
     }
 
     /// ln P(s | candidate) of a snapshot, from a sensor model that draws no random numbers.
@@ -245,10 +265,13 @@ impl MethodContext<'_> {
     /// # Errors
     /// Where the training part is not at hand.
     pub(super) fn validated(&self) -> Result<Vec<usize>> {
-        let source = self.source()?;
-        let all = Places::of(&source.recording);
-        let validation = covered(&all, &source.validation, &self.mapped.places);
-        Ok(evenly(validation, MAX_VALIDATED))
+        let validated = kept(&self.once.validated, || {
+            let source = self.source()?;
+            let all = Places::of(&source.recording);
+            let validation = covered(&all, &source.validation, &self.mapped.places);
+            Ok(evenly(validation, MAX_VALIDATED))
+        });
+        validated.map(<[usize]>::to_vec)
     }
 
     /// Of every prior, the power of a sensor model's evidence that leaves least error of single snapshots of the validation part,

@@ -83,6 +83,9 @@ pub struct TrainingRecord {
     /// schedule: an unbroken training of these steps would have ended in other bits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extended_at: Option<usize>,
+    /// Training snapshots, where only some of their places are in the map.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub learned_from: Option<usize>,
     /// The share of the validation error that was taken away by what was learned, where random features, which are the model's, took
     /// away more.
     #[serde(default, skip_serializing_if = "Option::is_none")]

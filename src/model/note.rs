@@ -15,6 +15,8 @@ pub enum Note {
     NothingLearned,
     /// Random features took away more of the validation error than what was learned, whose share this is: they are the model's.
     RandomBetter(f64),
+    /// The map has so many places of so many training snapshots.
+    MapThinned(usize, usize),
     /// The training went on from this step of one with another number of steps, and so under another schedule.
     ExtendedAt(usize),
 }
@@ -43,6 +45,11 @@ impl fmt::Display for Note {
                 "what was learned takes away {:.1} % of the validation error, less than as many random features: the model has \
                  these, sides of random planes through the inputs; more passes of the same places may give something to learn",
                 100.0 * learned
+            ),
+            Self::MapThinned(places, snapshots) => write!(
+                f,
+                "the map has {places} places, evenly over those of the {snapshots} training snapshots, all of which were learned \
+                 from ([train.map] most_places; 0: all)"
             ),
             Self::ExtendedAt(step) => write!(
                 f,

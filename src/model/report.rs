@@ -51,6 +51,8 @@ impl TrainingReport {
             }
         }
         notes.extend(record.random_better_than.map(Note::RandomBetter));
+        let thinned = |learned_from| Note::MapThinned(model.pose.len(), learned_from);
+        notes.extend(record.learned_from.map(thinned));
         notes.extend(record.extended_at.map(Note::ExtendedAt));
         Some(Self {
             scores,

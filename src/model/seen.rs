@@ -9,7 +9,7 @@ const SAME_ACTIVATION: f32 = 1e-3;
 
 /// Is this the very recording that the model learned from, so that the recipe's split tells which part it has seen?
 ///
-/// It is where the split's training part has the poses of the model's map, to the last bit, and either comes from the file that
+/// It is where the split's training part, or what of it came into the map, has the poses of the model's map, to the last bit, and either comes from the file that
 /// the model names (by its checksum), or has the sensor values that make the model answer there what its map says: a recording
 /// that was never in a file, or whose file was written anew.
 ///
@@ -20,10 +20,9 @@ pub fn is_source(model: &Model, recording: &Recording) -> Result<bool> {
         return Ok(false);
     };
     let poses = recording.poses();
-    let mut both = split.train.iter().zip(&model.pose);
-    if split.train.len() != model.pose.len()
-        || !both.all(|(&k, pose)| bits(&poses[k]) == bits(pose))
-    {
+    let mapped = model.mapped_of(recording, &split.train);
+    let mut both = mapped.iter().zip(&model.pose);
+    if mapped.len() != model.pose.len() || !both.all(|(&k, pose)| bits(&poses[k]) == bits(pose)) {
         return Ok(false); // a part of a dataset has its checksum, but not its places
     }
     let own = recording.columns().dataset_sha256.as_deref();
@@ -31,7 +30,7 @@ pub fn is_source(model: &Model, recording: &Recording) -> Result<bool> {
         return Ok(true);
     }
     let detector = model.detector();
-    let training = recording.select(&split.train)?;
+    let training = recording.select(&mapped)?;
     let Ok(activation) = detector.probabilities(&training) else {
         return Ok(false); // other sensors
     };

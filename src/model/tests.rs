@@ -227,7 +227,7 @@ fn a_header_that_claims_too_much_is_refused() {
         (
             "/recipe/map/nearness/k",
             json!(1_000_000),
-            "expected at least",
+            "or at least map.nearness.k",
         ),
         ("/recipe/map/unmodelled_probability", json!(2), "unmodelled"),
         ("/input/channels", json!([]), "layout"), // no scan, so no convolutions

@@ -2,7 +2,7 @@
 
 use super::{header::Header, visits::Visits};
 use crate::{
-    belief::{CodeMap, FeatureMap, Grid, Places},
+    belief::{CodeMap, FeatureMap, Grid, Places, thinning::thinned_snapshots},
     detector::{
         device,
         net::{NetDetector, Weights},
@@ -11,6 +11,7 @@ use crate::{
     error::Result,
     geometry::Pose,
     mapping::OccupancyMap,
+    recording::Recording,
 };
 use ndarray::{Array2, ArrayView2};
 
@@ -57,6 +58,19 @@ impl Model {
             Some(route) => Places::Route(route.clone()),
             None => Places::Plane(self.pose.clone()),
         }
+    }
+
+    /// Which snapshots of the recording that the model learned from its places are, given those that training descended on: all of them,
+    /// or of a long log so many as its map may have ([`MapConfig::most_places`](crate::belief::MapConfig)).
+    pub fn mapped_of(&self, recording: &Recording, training: &[usize]) -> Vec<usize> {
+        if self.pose.len() == training.len() {
+            return training.to_vec();
+        }
+        thinned_snapshots(
+            &Places::of(recording),
+            training,
+            self.header.recipe.map.most_places,
+        )
     }
 
     /// What the networks are fed at any pose of the occupancy map; none where the map is filled from visits.

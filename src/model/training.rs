@@ -8,7 +8,7 @@ use super::{
     trained_model::Model,
 };
 use crate::{
-    belief::OdometryMotion,
+    belief::{OdometryMotion, Places, thinning::thinned},
     detector::{
         device::{self, Device},
         net::NetConfig,
@@ -24,6 +24,7 @@ use crate::{
     mapping::OccupancyMap,
     recording::Recording,
 };
+use ndarray::Axis;
 use std::path::{Path, PathBuf};
 
 /// A training to be run: splits the recording, learns, keeps checkpoints and yields a [`Model`].
@@ -344,7 +345,10 @@ fn model(
     trained: Trained,
 ) -> Model {
     let snapshots = &training_set.snapshots;
-    let pose = |k: &usize| recording.poses()[*k];
+    let places = Places::of(recording).select(snapshots);
+    let rows = thinned(&places, recipe.map.most_places);
+    let (pose, route) = (recording.poses(), recording.route_m());
+    let snapshot = |row: &usize| snapshots[*row];
     let every_pose = training_set.every_pose.as_ref();
     let sensed = every_pose.map(|every_pose| &every_pose.sensed);
     Model {
@@ -376,16 +380,18 @@ fn model(
                 began_with,
                 stopped_by: trained.stopped_by,
                 extended_at: trained.extended_at,
+                learned_from: (rows.len() < snapshots.len()).then_some(snapshots.len()),
                 random_better_than: None,
             }),
             updates: Vec::new(),
         },
         weights: trained.weights,
-        pose: snapshots.iter().map(pose).collect(),
-        route_m: recording
-            .route_m()
-            .map(|route| snapshots.iter().map(|&k| route[k]).collect()),
-        activation: trained.activation,
+        pose: rows.iter().map(|row| pose[snapshot(row)]).collect(),
+        route_m: route.map(|route| rows.iter().map(|row| route[snapshot(row)]).collect()),
+        activation: match rows.len() < snapshots.len() {
+            true => trained.activation.select(Axis(0), &rows),
+            false => trained.activation,
+        },
         occupancy: sensed.map(|sensed| sensed.map.clone()),
     }
 }

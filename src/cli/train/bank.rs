@@ -10,7 +10,7 @@ use crate::{
     cli::{Outcome, print},
     error::Result,
     learning::Recipe,
-    model::{Learned, ModelBank, Training},
+    model::{Learned, Model, ModelBank, Training},
     recording::{Recording, split::passes},
 };
 use std::path::{Path, PathBuf};
@@ -32,9 +32,12 @@ pub(super) fn learned(
         tune_evidence(&mut learned, recording);
         sets.push(learned);
     }
-    let models = sets.iter().map(|set| set.model.clone()).collect();
+    let models: Vec<Model> = sets.iter().map(|set| set.model.clone()).collect();
     let training_part = recipe.split.split(recording)?.train;
-    ModelBank::new(models, passes(recording, &training_part))?.write(output)?;
+    let mapped = models
+        .first()
+        .map(|set| set.mapped_of(recording, &training_part));
+    ModelBank::new(models, passes(recording, &mapped.unwrap_or_default()))?.write(output)?;
     // The bank is safe; stale checkpoints are only in the way.
     for uncertainty in Uncertainty::of_a_bank() {
         let _ = Training::remove_checkpoints(recipe, &checkpoint_of_set(output, uncertainty));

@@ -2,10 +2,10 @@
 
 use crate::{
     cli::{
-        compare::write_sheets,
         files::write_text,
         page::{CONFIG, call, write_page},
         picture::write_picture,
+        sheets::write_sheets,
     },
     error::Result,
     geometry::Pose,

@@ -164,8 +164,8 @@ fn evidence_that_is_too_much_to_keep_is_judged_all_the_same() {
         };
         let (answers, map) = context.map_of(&detector).unwrap();
         let map = Arc::new(map.at(&context.mapped.places).unwrap());
-        let sensor = PreparedFeatures::new(&answers.run, Arc::clone(&map), Evidence::MeanField);
-        let on_source = answers.source.as_ref().unwrap();
+        let sensor = PreparedFeatures::new(answers.run, Arc::clone(&map), Evidence::MeanField);
+        let on_source = answers.source.unwrap();
         let on_source = PreparedFeatures::new(on_source, map, Evidence::MeanField);
         let some = context.validated().unwrap();
         let judged = |most_kept| {
@@ -190,8 +190,8 @@ fn who_only_disturbs_counts_for_little_together() {
             on_validation: known.on_validation.clone(),
             powers: known.powers.clone(),
         };
-        shuffled.on_run.invert_axis(Axis(0));
-        shuffled.on_validation.invert_axis(Axis(0));
+        shuffled.on_run.invert_axis(ndarray::Axis(0));
+        shuffled.on_validation.invert_axis(ndarray::Axis(0));
         let both = context.held_out_of_product(&[Some(known), Some(&shuffled)]);
         let both = reductions(&both.unwrap().held_out);
         for (both, alone) in both.iter().zip(reductions(&all.held_out)) {

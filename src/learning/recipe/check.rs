@@ -171,6 +171,7 @@ impl Recipe {
         if let Some((key, value)) = shares.into_iter().find(|(_, u)| !(0.0..1.0).contains(u)) {
             return wrong(key, &value, "0 or more, below 1");
         }
+        self.map.check_most_places()?;
         self.input.check()?;
         self.network.check()?;
         self.split.check()

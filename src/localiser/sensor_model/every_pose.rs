@@ -1,6 +1,6 @@
 //! The likelihood of detected features under a map that answers at every pose of a grid.
 
-use super::{PreparedSensorModel, SensorModel, flat, same_features};
+use super::{DetectorAnswers, PreparedSensorModel, SensorModel, flat, same_features};
 use crate::{
     belief::{Belief, CodeMap},
     detector::Detector,
@@ -8,7 +8,6 @@ use crate::{
     recording::{Observation, Recording},
     seed::Stream,
 };
-use ndarray::Array2;
 use std::sync::Arc;
 
 /// A detector, and what it answers at every cell of a grid, kept as probabilities or bits; by mean-field evidence.
@@ -44,40 +43,39 @@ impl SensorModel for EveryPose {
         answer(&self.map, &self.detector.detect(observation)?, belief)
     }
 
-    /// The detector answers the whole recording at once.
+    /// The detector answers all snapshots at once.
     fn prepare<'a>(
         &'a self,
         recording: &'a Recording,
-        _: &[usize],
+        snapshots: &[usize],
     ) -> Result<Box<dyn PreparedSensorModel + 'a>> {
-        let probabilities = self.detector.probabilities(recording)?;
+        let answered = DetectorAnswers::of(self.detector.as_ref(), recording, snapshots)?;
         let map = Arc::clone(&self.map);
-        Ok(Box::new(PreparedEveryPose::new(probabilities, map)))
+        Ok(Box::new(PreparedEveryPose::new(answered, map)))
     }
 }
 
-/// [`EveryPose`] whose detector has answered all of a recording.
+/// [`EveryPose`] whose detector has answered.
 pub struct PreparedEveryPose {
-    /// `[snapshot, feature]`
-    activation: Array2<f32>,
+    answered: DetectorAnswers,
     map: Arc<CodeMap>,
 }
 
 impl PreparedEveryPose {
-    /// From P(f_i = 1 | s) of a recording, `[snapshot, feature]`, and the map of the cells.
-    pub fn new(activation: Array2<f32>, map: Arc<CodeMap>) -> Self {
-        Self { activation, map }
+    /// From P(f_i = 1 | s) of snapshots, and the map of the cells.
+    pub fn new(answered: DetectorAnswers, map: Arc<CodeMap>) -> Self {
+        Self { answered, map }
     }
 }
 
 impl PreparedSensorModel for PreparedEveryPose {
     fn log_likelihood(&self, snapshot: usize, belief: &Belief, _: &mut Stream) -> Result<Vec<f64>> {
-        if snapshot >= self.activation.nrows() {
+        let Some(activation) = self.answered.of_snapshot(snapshot) else {
             return Err(Error::work(format!(
                 "learned features: not prepared for snapshot {snapshot}"
             )));
-        }
-        answer(&self.map, &self.activation.row(snapshot).to_vec(), belief)
+        };
+        answer(&self.map, &activation.to_vec(), belief)
     }
 }
 

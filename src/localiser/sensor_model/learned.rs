@@ -1,6 +1,6 @@
 //! The likelihood of detected features under the map: P(f | ξ), whatever detector the features come from.
 
-use super::{PreparedSensorModel, SensorModel, flat, same_features};
+use super::{DetectorAnswers, PreparedSensorModel, SensorModel, flat, same_features};
 use crate::{
     belief::{Belief, Evidence, GridMap},
     detector::Detector,
@@ -8,7 +8,6 @@ use crate::{
     recording::{Observation, Recording},
     seed::Stream,
 };
-use ndarray::Array2;
 use std::sync::Arc;
 
 /// A detector, and the map of what it answers at the cells of a grid: Thrun (1998), Table 1.
@@ -56,16 +55,16 @@ impl SensorModel for LearnedFeatures {
             .predictive_log_likelihood(&activation, &self.map, belief, stream)
     }
 
-    /// The detector answers the whole recording at once.
+    /// The detector answers all snapshots at once.
     fn prepare<'a>(
         &'a self,
         recording: &'a Recording,
-        _: &[usize],
+        snapshots: &[usize],
     ) -> Result<Box<dyn PreparedSensorModel + 'a>> {
-        let probabilities = self.detector.probabilities(recording)?;
+        let answered = DetectorAnswers::of(self.detector.as_ref(), recording, snapshots)?;
         let map = Arc::clone(&self.map);
         Ok(Box::new(PreparedFeatures::new(
-            &probabilities,
+            answered,
             map,
             self.evidence,
         )))
@@ -76,19 +75,18 @@ fn are_probabilities(activation: &[f64]) -> bool {
     activation.iter().all(|g| (0.0..=1.0).contains(g))
 }
 
-/// [`LearnedFeatures`] whose detector has answered all of a recording.
+/// [`LearnedFeatures`] whose detector has answered.
 pub struct PreparedFeatures {
-    /// `[snapshot, feature]`
-    activation: Array2<f64>,
+    answered: DetectorAnswers,
     map: Arc<GridMap>,
     evidence: Evidence,
 }
 
 impl PreparedFeatures {
-    /// From P(f_i = 1 | s) of a recording, `[snapshot, feature]`, and the map of P(f_i = 1 | ξ) at the cells.
-    pub fn new(probabilities: &Array2<f32>, map: Arc<GridMap>, evidence: Evidence) -> Self {
+    /// From P(f_i = 1 | s) of snapshots, and the map of P(f_i = 1 | ξ) at the cells.
+    pub fn new(answered: DetectorAnswers, map: Arc<GridMap>, evidence: Evidence) -> Self {
         Self {
-            activation: probabilities.mapv(f64::from),
+            answered,
             map,
             evidence,
         }
@@ -102,12 +100,12 @@ impl PreparedSensorModel for PreparedFeatures {
         belief: &Belief,
         stream: &mut Stream,
     ) -> Result<Vec<f64>> {
-        if snapshot >= self.activation.nrows() {
+        let Some(activation) = self.answered.of_snapshot(snapshot) else {
             return Err(Error::work(format!(
                 "learned features: not prepared for snapshot {snapshot}"
             )));
-        }
-        let activation = self.activation.row(snapshot).to_vec();
+        };
+        let activation: Vec<f64> = activation.iter().map(|&g| g.into()).collect();
         if !are_probabilities(&activation) {
             return Ok(flat(belief));
         }

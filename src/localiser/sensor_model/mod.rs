@@ -41,6 +41,7 @@
 pub mod bank;
 pub mod beam_model;
 pub mod compass;
+mod detector_answers;
 pub mod every_pose;
 pub mod evidence_scale;
 pub mod independent;
@@ -53,6 +54,7 @@ pub mod signal_field;
 pub use bank::{Bank, BankChoice, BankSet, ChosenBy};
 pub use beam_model::{BeamModel, BeamModelConfig};
 pub use compass::Compass;
+pub use detector_answers::DetectorAnswers;
 pub use every_pose::{EveryPose, PreparedEveryPose};
 pub use evidence_scale::{EvidenceScale, Scaled};
 pub use independent::{Independent, PreparedProduct};

@@ -3,9 +3,8 @@
 use super::super::{MOST_FEATURES, Thrun1998Config, local, simulated};
 use crate::{
     belief::{Evidence, Grid, GridConfig, GridMap, OdometryMotion, Places, held_apart::HeldApart},
-    detector::Detector,
     error::{Error, Result},
-    localiser::sensor_model::PreparedFeatures,
+    localiser::sensor_model::{DetectorAnswers, PreparedFeatures},
     model::{Training, held_apart},
     recording::Recording,
     seed::Seed,
@@ -87,7 +86,8 @@ impl Eyes {
             let map: Arc<GridMap> = Arc::new(model.map()?.at(cells)?);
             let run = recording.run_numbers(&learned);
             let promise = Arc::new(held_apart(model, &run, cells)?);
-            let probabilities = model.detector().probabilities(&recording)?;
+            let all: Vec<usize> = (0..recording.len()).collect();
+            let answered = DetectorAnswers::of(&model.detector(), &recording, &all)?;
             let of_run = |name: &'static str, number: usize| {
                 let route_m = recording.route_m().unwrap_or_default();
                 let unseen = runs.get(LEARNED + number).cloned();
@@ -100,7 +100,7 @@ impl Eyes {
                 Eye {
                     name,
                     sensor: PreparedFeatures::new(
-                        &probabilities,
+                        answered.clone(),
                         Arc::clone(&map),
                         Evidence::Sampled,
                     ),
