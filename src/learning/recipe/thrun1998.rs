@@ -76,6 +76,7 @@ impl Recipe {
             },
             map: MapConfig {
                 filled_from: FilledFrom::Visits,
+                most_places: 0,
                 ..MapConfig::default()
             },
             ..Self::default()
