@@ -326,10 +326,12 @@ mod tests {
         assert_eq!(hash, storage::sha256(&whole[..whole.len() / 2]));
         let damage = damage.unwrap();
         assert!(damage.contains("gzip data damaged after"), "{damage}");
-        // What follows the damage is part of the file, and of its digest.
+        // What follows the damage is part of the file, and of its digest, though nobody unpacks it.
         let mut broken = whole.clone();
-        broken[whole.len() / 2] ^= 0x55;
-        let (_, hash, damage) = read(&broken, head_bytes).unwrap();
+        broken.extend([0x1f, 0x8b, 0xff]);
+        broken.resize(whole.len() + 3 * AT_ONCE, 0x55);
+        let (log, hash, damage) = read(&broken, head_bytes).unwrap();
+        assert_eq!(log.recording.len(), SNAPSHOTS);
         assert!(damage.is_some());
         assert_eq!(hash, storage::sha256(&broken));
         let fault = read(&whole[..8], head_bytes).unwrap_err().to_string();

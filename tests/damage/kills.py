@@ -197,10 +197,9 @@ def read_only(binary):
         shutil.copy(binary, folder)
         shutil.copy(DATASET, folder)
         os.chmod(folder, 0o555)
-        began = time.monotonic()
         call = [word if word != DATASET else DATASET.name for word in TRAIN]
         status, said = run(f"{folder}/{Path(binary).name}", call, folder, preexec_fn=nobody)
-        check("read-only folder: status 1 at once", status == 1 and time.monotonic() - began < 3, said)
+        check("read-only folder: status 1 before anything is learned", status == 1 and "learning" not in said, said)
         check("read-only folder: the line names it", "m.safetensors" in said or "cannot" in said, said)
         os.chmod(folder, 0o755)
 
