@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// [out], input.mean, input.deviation, map.pose [K, 3], map.activation [K, n]. In .npz the header is the array `meta`
 /// (UTF-8 JSON), in .safetensors the metadata key `ballmark`. An .onnx file is a graph of operators with all preprocessing inside: from
 /// `snapshot` [batch, D], the channels' raw values side by side, to `probability` [batch, n]; the map are outputs that need no input
-/// (map.pose, map.activation, map.route). Of a bank of filters the arrays of each set stand behind its name:
+/// (map.pose, map.activation, map.route). Every command that reads a model reads such a graph, too. Of a bank of filters the arrays of each set stand behind its name:
 /// set.2m.filter.0.0.weight; map.pose, map.route and map.run [K], the run of each place, are those of all; the graph has an output a set, probability.2m.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:

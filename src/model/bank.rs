@@ -40,10 +40,10 @@ pub struct ModelBank {
 }
 
 /// The JSON's key.
-const BANK: &str = "bank";
+pub(super) const BANK: &str = "bank";
 
 /// Array of the runs.
-const RUN: &str = "map.run";
+pub(super) const RUN: &str = "map.run";
 
 /// Is an array one of all sets?
 fn is_shared(name: &str) -> bool {
@@ -212,6 +212,6 @@ pub fn held_apart(set: &Model, run: &[usize], cells: &Places) -> Result<HeldApar
 }
 
 /// How the names of a set's arrays begin.
-fn prefix(prior: Uncertainty) -> String {
+pub(super) fn prefix(prior: Uncertainty) -> String {
     format!("set.{prior}.")
 }

@@ -1,8 +1,8 @@
-//! Models as files: read and written whole, in either container.
+//! Models as files: read and written whole; graphs are read here, and written by [`onnx`].
 
 use super::{
     arrays::{Arrays, EXPECTED},
-    layout, npz, safetensors,
+    layout, npz, onnx, safetensors,
     trained_model::Model,
 };
 use crate::{
@@ -12,10 +12,10 @@ use crate::{
 use std::path::Path;
 
 impl Model {
-    /// Reads a model from a `.safetensors` or `.npz` file; the content says which of the two it is.
+    /// Reads a model from a `.safetensors` or `.npz` file, or from a graph that was exported as `.onnx`; the content says which it is.
     ///
     /// # Errors
-    /// Where the file is neither, is damaged, or lacks an array; the message names it.
+    /// Where the file is none of them, is damaged, or lacks an array; the message names it.
     pub fn read(path: &Path) -> Result<Self> {
         Self::from_bytes(path, &storage::read_file(path)?)
     }
@@ -57,7 +57,7 @@ impl Model {
     }
 }
 
-/// JSON and arrays of a file in either container.
+/// JSON and arrays of a file, whatever contains them.
 pub(super) fn contents(path: &Path, bytes: &[u8]) -> Result<(String, Arrays)> {
     if bytes.is_empty() {
         return Err(Error::file(
@@ -65,9 +65,10 @@ pub(super) fn contents(path: &Path, bytes: &[u8]) -> Result<(String, Arrays)> {
             format!("the file is empty; expected {EXPECTED}"),
         ));
     }
-    match bytes.starts_with(b"PK") {
-        true => npz::read(path, bytes),
-        false => safetensors::read(path, bytes),
+    match bytes {
+        zip if zip.starts_with(b"PK") => npz::read(path, zip),
+        graph if onnx::is_graph(graph) => onnx::read(path, graph),
+        other => safetensors::read(path, other),
     }
 }
 

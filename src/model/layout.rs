@@ -14,28 +14,7 @@ use std::{collections::BTreeSet, path::Path};
 /// The arrays of a model, to be written to `path`.
 pub(super) fn arrays(model: &Model, path: &Path) -> Arrays {
     let mut arrays = Arrays::new(path);
-    let names = Names {
-        convolutions: model.weights.convolutions.len(),
-        shared: model.weights.trunk,
-    };
-    for (l, layer) in model.weights.layers.iter().enumerate() {
-        for i in 0..layer.bias.nrows() {
-            let name = names.layer(l, i);
-            // [in, out] here, [out, in] in the file, as every framework stores it
-            let weight = layer.weight.index_axis(Axis(0), i).t().to_owned();
-            let weight = match model.weights.convolutions.get(l) {
-                None => weight.into_dyn(),
-                // [out, tap, in] here, [out, in, tap] there
-                Some(c) => {
-                    let shape = (c.outputs, c.inputs, c.width);
-                    let entry = |(out, number, tap)| weight[[out, tap * c.inputs + number]];
-                    Array3::from_shape_fn(shape, entry).into_dyn()
-                }
-            };
-            arrays.put_f32(&weight_of(&name), weight);
-            arrays.put_f32(&bias_of(&name), layer.bias.row(i).to_owned().into_dyn());
-        }
-    }
+    put_weights(&mut arrays, &model.weights, "");
     let input = &model.header.input;
     for (name, constants) in [
         ("input.mean", &input.mean),
@@ -62,6 +41,32 @@ pub(super) fn arrays(model: &Model, path: &Path) -> Arrays {
         arrays.put_u8(OCCUPANCY, cells.into_dyn());
     }
     arrays
+}
+
+/// The arrays of some networks, to names that begin with `prefix`.
+pub(super) fn put_weights(arrays: &mut Arrays, weights: &Weights, prefix: &str) {
+    let names = Names {
+        convolutions: weights.convolutions.len(),
+        shared: weights.trunk,
+    };
+    for (l, layer) in weights.layers.iter().enumerate() {
+        for i in 0..layer.bias.nrows() {
+            let name = format!("{prefix}{}", names.layer(l, i));
+            // [in, out] here, [out, in] in the file, as every framework stores it
+            let weight = layer.weight.index_axis(Axis(0), i).t().to_owned();
+            let weight = match weights.convolutions.get(l) {
+                None => weight.into_dyn(),
+                // [out, tap, in] here, [out, in, tap] there
+                Some(c) => {
+                    let shape = (c.outputs, c.inputs, c.width);
+                    let entry = |(out, number, tap)| weight[[out, tap * c.inputs + number]];
+                    Array3::from_shape_fn(shape, entry).into_dyn()
+                }
+            };
+            arrays.put_f32(&weight_of(&name), weight);
+            arrays.put_f32(&bias_of(&name), layer.bias.row(i).to_owned().into_dyn());
+        }
+    }
 }
 
 /// The model that some arrays and a header make, every number of which is checked: after this, nothing in a file can
@@ -173,7 +178,7 @@ fn without_later_keys(meta: &mut Value) {
 }
 
 /// The occupancy map's array.
-const OCCUPANCY: &str = "map.occupancy";
+pub(super) const OCCUPANCY: &str = "map.occupancy";
 
 /// As ROS numbers occupancy.
 pub(super) fn occupancy_number(cell: Occupancy) -> u8 {

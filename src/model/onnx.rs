@@ -3,15 +3,20 @@
 //! Input `snapshot` f32 `[batch, D]`: the channels' raw values side by side, NaN where nothing came back. Output `probability` f32
 //! `[batch, n]`; of a bank of filters one output a set, `probability.2m`. The map travels as outputs that depend on no input, so that
 //! whoever asks for the probabilities alone never sees them: `map.pose` f64 `[K, 3]` (m, m, rad), `map.activation` f32 `[K, n]` (of a
-//! bank `set.2m.map.activation`) and, along a route, `map.route` f64 `[K]`. Metadata: `ballmark` (the header as JSON, of a bank a list),
-//! `channels` (JSON: name, width, unit, bearings).
+//! bank `set.2m.map.activation`) and, along a route, `map.route` f64 `[K]`; of a bank `map.run` f64 `[K]`. Metadata: `ballmark` (the header as
+//! JSON, of a bank a list), `channels` (JSON: name, width, unit, bearings), and last of all `sha256`, the digest of every byte before it.
+//!
+//! Such a file is a model like any other: it is read back, to the bit.
 
 mod graph;
 mod networks;
 mod preprocessing;
 mod proto;
+mod reading;
 #[cfg(test)]
 mod tests;
+
+pub(super) use reading::{is_graph, read};
 
 use super::{ModelBank, layout::occupancy_number, trained_model::Model};
 use crate::{
@@ -49,9 +54,29 @@ pub fn write(bank: &ModelBank, path: &Path) -> Result<()> {
 /// The bytes of that file.
 ///
 /// # Errors
-/// Where the sets are of different sensors, so that no one input serves them all.
+/// Where the sets are of different sensors, so that no one input serves them all, or have different occupancy maps.
 pub fn to_bytes(bank: &ModelBank) -> Result<Vec<u8>> {
-    Ok(file(bank)?.encode_to_vec())
+    let mut bytes = file(bank)?.encode_to_vec();
+    let seal = seal(&bytes);
+    bytes.extend(seal);
+    Ok(bytes)
+}
+
+/// What ends a file: its last metadata, the digest of the bytes before.
+fn seal(bytes: &[u8]) -> Vec<u8> {
+    // Fields of a message that stand behind one another are one message.
+    let last = ModelProto {
+        metadata_props: vec![entry("sha256", storage::sha256(bytes))],
+        ..ModelProto::default()
+    };
+    last.encode_to_vec()
+}
+
+fn entry(key: &str, value: String) -> StringStringEntryProto {
+    StringStringEntryProto {
+        key: key.into(),
+        value,
+    }
 }
 
 fn file(bank: &ModelBank) -> Result<ModelProto> {
@@ -65,6 +90,11 @@ fn file(bank: &ModelBank) -> Result<ModelProto> {
             "onnx: sets of different sensors; expected the same channels for all",
         ));
     }
+    if others.iter().any(|set| set.occupancy != first.occupancy) {
+        return Err(Error::work(
+            "onnx: sets with different occupancy maps; expected one map for all",
+        ));
+    }
     let width: usize = channels.iter().map(|channel| channel.width).sum();
     let mut graph = Graph::new("ballmark", what(sets));
     let batch = Length::Named("batch");
@@ -76,7 +106,8 @@ fn file(bank: &ModelBank) -> Result<ModelProto> {
             _ => format!("set.{}.", set.header.prior),
         };
         graph.begin(&prefix);
-        let inputs = preprocessing::inputs(&mut graph, "snapshot", &set.header.input, channels)?;
+        let inputs =
+            preprocessing::inputs(&mut graph, "snapshot", &set.header.input, channels, &prefix)?;
         let answer = networks::probabilities(&mut graph, &inputs, &set.weights, &prefix);
         let name = match others {
             [] => "probability".to_string(),
@@ -91,14 +122,10 @@ fn file(bank: &ModelBank) -> Result<ModelProto> {
         let shape = [Length::Named("batch"), Length::Fixed(set.features())];
         graph.output(&name, false, &shape, doc);
     }
-    add_map(&mut graph, sets);
+    add_map(&mut graph, bank);
     let header = match sets {
         [one] => json!(one.header),
         all => all.iter().map(|set| json!(set.header)).collect(),
-    };
-    let entry = |key: &str, value: String| StringStringEntryProto {
-        key: key.into(),
-        value,
     };
     Ok(ModelProto {
         ir_version: IR_VERSION,
@@ -118,8 +145,9 @@ fn file(bank: &ModelBank) -> Result<ModelProto> {
 }
 
 /// The training places, what the networks answered there, and the occupancy map that they are rendered from, as outputs without inputs.
-fn add_map(graph: &mut Graph, sets: &[Model]) {
+fn add_map(graph: &mut Graph, bank: &ModelBank) {
     graph.begin("");
+    let sets = bank.sets();
     let Some(first) = sets.first() else {
         return;
     };
@@ -142,6 +170,13 @@ fn add_map(graph: &mut Graph, sets: &[Model]) {
         graph.named("map.route.values", "map.route");
         let doc = "their coordinate along the route, m";
         graph.output("map.route", true, &[Length::Fixed(k)], doc.into());
+    }
+    if sets.len() > 1 {
+        let run = bank.run().iter().map(|&run| run as f64);
+        graph.array_f64("map.run.values", run, &[k]);
+        graph.named("map.run.values", "map.run");
+        let doc = "the run that each is of, counted from 0";
+        graph.output("map.run", true, &[Length::Fixed(k)], doc.into());
     }
     if let Some(map) = &first.occupancy {
         let ([columns, rows], [x_m, y_m]) = (map.size(), map.origin_m());

@@ -218,5 +218,13 @@ fn a_graph_is_written_whole_and_alike_each_time() {
         assert!(holds(name), "{name}");
     }
     export(&place, "m.npz", "nowhere/m.onnx").refused(1, &["nowhere/m.onnx", "does not exist"]);
-    export(&place, "m.onnx", "m.npz").refused(1, &["m.onnx"]);
+    // And is a model as well: nothing is lost on the way.
+    export(&place, "m.onnx", "back.npz").done();
+    let back = std::fs::read(place.path("back.npz")).unwrap();
+    assert_eq!(back, std::fs::read(place.path("m.npz")).unwrap());
+    let mut changed = bytes;
+    let middle = changed.len() / 2;
+    changed[middle] ^= 1;
+    std::fs::write(place.path("changed.onnx"), changed).unwrap();
+    export(&place, "changed.onnx", "no.npz").refused(1, &["changed.onnx", "changed since"]);
 }

@@ -84,6 +84,8 @@ def write_clean(folder, binary):
     write("in-map.toml", world.replace(wall, '[building]\nmap = "map.yaml"\n'))
     run("import", "walk.csv", "-o", "walk.npz")
     run("train", "walk.npz", "-o", "model.safetensors", "--uncertainty", "2m", "--steps", "2", "--from", "none")
+    run("export", "model.safetensors", "-o", "model.npz")
+    run("export", "model.safetensors", "-o", "model.onnx")
     compare = "[[dataset]]\nfile = 'walk.npz'\n[[system]]\nkind = 'dead_reckoning'\n[[system]]\nkind = 'nearest'\n[protocol]\nmapping = 'split'\n" \
         "[recognition]\npermutations = 9\nresamples = 9\nbin_m = 2.0\n"
     write("compare.toml", compare)
@@ -93,6 +95,7 @@ def write_clean(folder, binary):
     write("trials.toml", trials)
     imported = lambda file, sealed: (file, ["import", "{file}", "-o", "{out}.npz"], sealed)
     held = lambda est, ref: (est, ["trajectory", "{file}", ref, "--allow-incomplete", "--out", "{out}.csv"], False)
+    features = lambda model: (model, ["features", "{file}", "walk.npz", "-o", "{out}.csv"], True)
     return {
         "carmen": imported("walk.log", False), "csv": imported("walk.csv", False), "npz": ("walk.npz", ["features", "model.safetensors", "{file}", "-o", "{out}.csv"], True),
         "gzip": imported("walk.log.gz", True), "xz": imported("walk.log.xz", True), "bzip2": imported("walk.log.bz2", True),
@@ -102,7 +105,7 @@ def write_clean(folder, binary):
         "poses": ("est.tum", ["import", "walk.csv", "--poses", "{file}", "-o", "{out}.npz"], False),
         "tum": held("est.tum", "ref.tum"), "kitti": held("est.kitti", "ref.kitti"), "g2o": held("est.g2o", "ref.g2o"),
         "responses": ("answers.csv", ["score", "{file}", "--permutations", "9", "--bootstrap", "9", "--out", "{out}"], False),
-        "model": ("model.safetensors", ["features", "{file}", "walk.npz", "-o", "{out}.csv"], True),
+        "model": features("model.safetensors"), "model-npz": features("model.npz"), "onnx": features("model.onnx"),
         "world": ("world.toml", ["simulate", "{file}", "-o", "{out}.npz"], False),
         "map-yaml": ("map.yaml", ["simulate", "in-map.toml", "-o", "{out}.npz"], False),
         "map-pgm": ("map.pgm", ["simulate", "in-map.toml", "-o", "{out}.npz"], False),

@@ -3,7 +3,7 @@
     pip install -r tests/onnx/requirements.txt
     python tests/onnx/check.py target/release/ballmark [MODEL.safetensors ...]
 
-Without models: those in models/, and a bank that is trained here. Each is exported, checked in full, and asked about 10,000 random snapshots (a
+Without models: those in models/, and a bank that is trained here. Each is exported, checked in full, read back, and asked about 10,000 random snapshots (a
 tenth of the values missing, some at the ends of their range) and, for the shipped corridor models, the shipped recording. At last the Bayes
 filter of models/README.md runs on that.
 """
@@ -89,6 +89,8 @@ def check(binary, model, folder, dataset=None):
         print(f"{pathlib.Path(model).name}, {what}: {len(raw)} snapshots, {found.shape[1]} features, off by {off:.1e}")
         if found.shape != expected.shape or not off <= WITHIN or not np.abs(single - found[:1]).max() <= WITHIN:
             sys.exit(f"{model}: expected within {WITHIN}")
+        if not np.array_equal(answers(binary, graph, file, folder), expected):
+            sys.exit(f"{model}: its graph, read back as a model, answers otherwise")
 
 
 def localise(binary, folder, dataset):

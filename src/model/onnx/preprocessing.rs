@@ -8,8 +8,15 @@ use crate::{
 };
 use std::{collections::BTreeMap, ops::Range};
 
-/// Adds the nodes; `raw` are the values of all channels side by side, `[batch, value]`. The result is `[batch, input]`.
-pub fn inputs(graph: &mut Graph, raw: &str, input: &Input, channels: &[Channel]) -> Result<String> {
+/// Adds the nodes; `raw` are the values of all channels side by side, `[batch, value]`. The result is `[batch, input]`. `prefix` begins the
+/// names of the arrays.
+pub fn inputs(
+    graph: &mut Graph,
+    raw: &str,
+    input: &Input,
+    channels: &[Channel],
+    prefix: &str,
+) -> Result<String> {
     let (mut pooled, mut from) = (Vec::new(), 0);
     for steps in input.steps(channels)? {
         match &steps {
@@ -51,7 +58,10 @@ pub fn inputs(graph: &mut Graph, raw: &str, input: &Input, channels: &[Channel])
         [one] => one.to_string(),
         all => graph.node("Concat", all, &[("axis", 1)]),
     };
-    let (mean, deviation) = (graph.floats(&input.mean), graph.floats(&input.deviation));
+    let [mean, deviation] = ["mean", "deviation"].map(|name| format!("{prefix}input.{name}"));
+    graph.array(&mean, input.mean.iter().copied(), &[input.mean.len()]);
+    let own = input.deviation.iter().copied();
+    graph.array(&deviation, own, &[input.deviation.len()]);
     let centred = graph.node("Sub", &[&pooled, &mean], &[]);
     let normal = graph.node("Div", &[&centred, &deviation], &[]);
     // What is missing is at its mean.

@@ -213,7 +213,7 @@ fn recording() -> Recording {
     .unwrap()
 }
 
-fn trained(change: impl Fn(&mut Recipe)) -> Model {
+pub(super) fn trained(change: impl Fn(&mut Recipe)) -> Model {
     let mut recipe = Recipe {
         features: 3,
         begin_with: BeginWith::Random,
@@ -259,12 +259,18 @@ fn assert_answers(model: &Model, found: &ArrayD<f64>) {
     assert!(expected.column(0).iter().any(|p| (p - first).abs() > 1e-3));
 }
 
-fn bank_of_one(model: &Model) -> ModelBank {
+pub(super) fn bank_of_one(model: &Model) -> ModelBank {
     ModelBank::new(vec![model.clone()], vec![0; model.pose.len()]).unwrap()
 }
 
+fn assert_read_back(bank: &ModelBank) {
+    let bytes = to_bytes(bank).unwrap();
+    let again = ModelBank::from_bytes("m.onnx".as_ref(), &bytes).unwrap();
+    assert_eq!(&again, bank);
+}
+
 #[test]
-fn the_graph_answers_as_the_model() {
+fn the_graph_answers_as_the_model_and_is_read_back() {
     let shapes: [fn(&mut Recipe); 4] = [
         |_| (),
         |recipe| recipe.network.activation = Activation::Relu,
@@ -287,6 +293,7 @@ fn the_graph_answers_as_the_model() {
         let model = trained(change);
         let file = file(&bank_of_one(&model)).unwrap();
         assert_answers(&model, &run(&file, &snapshots())["probability"]);
+        assert_read_back(&bank_of_one(&model));
     }
 }
 
@@ -301,14 +308,18 @@ fn a_bank_has_an_output_a_set_and_one_map() {
             recipe.features = 2;
         }),
     ];
-    let runs = vec![0; sets[0].pose.len()];
+    let runs = (0..sets[0].pose.len()).map(|k| k / 45).collect();
     let bank = ModelBank::new(sets.clone(), runs).unwrap();
+    assert_read_back(&bank);
+    let fault = Model::from_bytes("m.onnx".as_ref(), &to_bytes(&bank).unwrap()).unwrap_err();
+    assert!(fault.to_string().contains("a bank of 2 sets"), "{fault}");
     let file = file(&bank).unwrap();
     let found = run(&file, &snapshots());
     assert_answers(&sets[0], &found["probability.2m"]);
     assert_answers(&sets[1], &found["probability.10m"]);
     let poses = &found["map.pose"];
     assert_eq!(poses[[3, 0]], sets[0].pose[3].x_m);
+    assert_eq!(found["map.run"][[50]], 1.0);
     let activation = &found["set.10m.map.activation"];
     assert_eq!(activation[[2, 1]], f64::from(sets[1].activation[(2, 1)]));
     // Every name is there once, and none is used that isn't.
