@@ -9,7 +9,7 @@
 //!
 //! A wrong label teaches a wrong map, which gives more wrong labels. So the labels of a run pass the gate only where its belief is sure (its mass
 //! within 1 m of the likeliest place, on average) and predicts what is sensed without having seen it ([`LostConfig::score`](super::LostConfig::score)), and each
-//! of them only where its belief has that one place ([`modes`](Belief::modes)). The run is asked as a whole, since what has changed contradicts the map where it
+//! of them only where its belief has that one place ([`modes`](Belief::modes)) and has it on the map and not beyond ([`SelfLabelConfig::beyond_m`]). The run is asked as a whole, since what has changed contradicts the map where it
 //! is sensed, and is what there is to learn ([`GateOver`]).
 
 use super::{
@@ -32,6 +32,7 @@ use std::{ops::Range, sync::Arc};
 mod along_route;
 mod anchor;
 mod between;
+mod beyond;
 mod config;
 
 pub use config::{GateOver, LabelsFrom, SelfLabelConfig};
@@ -39,6 +40,7 @@ pub use config::{GateOver, LabelsFrom, SelfLabelConfig};
 use along_route::RouteInPlane;
 use anchor::{Anchor, score_of_run, scores};
 use between::between;
+use beyond::{Beyond, BeyondTheMap};
 
 /// Where a robot believes that it took a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,6 +78,8 @@ pub struct Labeller<'a> {
     pub pose: &'a [Pose],
     /// Their coordinates along the route, where there is one.
     pub route_m: Option<&'a [f64]>,
+    /// Whether a cell is one of the map, `[cell]`, where the grid reaches beyond it: what is believed to be beyond is not kept.
+    pub is_mapped: Option<&'a [bool]>,
 }
 
 /// A label for every snapshot of a recording, as a trained model gives them; each run from no idea where, or the first from a known
@@ -91,18 +95,25 @@ pub fn of_model(
 ) -> Result<Vec<SelfLabel>> {
     config.check()?;
     let recording = &*model.seen_in(recording)?;
-    let grid = Arc::new(Grid::over(&model.places(), &config.grid)?);
-    let sensor = sensor_of(model, &grid, Evidence::MeanField, 0, Seed(0))?;
+    let cells = Beyond::new(&model.places(), &config.grid, config.beyond_m)?;
+    let sensor = sensor_of(model, &cells.mapped, Evidence::MeanField, 0, Seed(0))?;
     let every: Vec<usize> = (0..recording.len()).collect();
     let prepared = sensor.prepare(recording, &every)?;
     let scale = scale_of(model, None)?;
     let scaled = scale.map(|scale| Scaled::new(&*prepared, scale));
+    let on_map = scaled.as_ref().map_or(&*prepared, |scaled| scaled);
+    let sensor = BeyondTheMap {
+        within: on_map,
+        anywhere: Belief::uniform(cells.mapped.places())?,
+        cells: &cells,
+    };
     let labeller = Labeller {
-        grid: &grid,
+        grid: &cells.grid,
         motion: &model.header.motion,
-        sensor: scaled.as_ref().map_or(&*prepared, |scaled| scaled),
+        sensor: &sensor,
         pose: &model.pose,
         route_m: model.route_m.as_deref(),
+        is_mapped: Some(&cells.is_mapped()),
     };
     self_labels(&labeller, recording, config, start)
 }
@@ -175,7 +186,7 @@ fn labels_of_run(
             sensor.log_likelihood(anchors[t], belief, &mut stream)
         },
         &mut |t, moment| {
-            found[t] = Some(Anchor::new(anchors[t], &moment));
+            found[t] = Some(Anchor::new(anchors[t], &moment, labeller.is_mapped));
             Ok(())
         },
     )?;
@@ -187,7 +198,7 @@ fn labels_of_run(
             GateOver::Moment => scores[i],
             GateOver::Run => of_run,
         };
-        config.is_open() || (score <= config.gate && found[i].modes == 1)
+        config.is_open() || (score <= config.gate && found[i].modes == 1 && found[i].is_mapped)
     };
     let in_plane = labeller
         .route_m

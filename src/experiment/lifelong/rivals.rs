@@ -117,6 +117,7 @@ impl Scans {
             sensor: scaled,
             pose: &model.pose,
             route_m: model.route_m.as_deref(),
+            is_mapped: None,
         };
         self_labels(&labeller, day, config, None)
     }

@@ -17,18 +17,27 @@ pub(super) struct Anchor {
     pub(super) place: Pose,
     pub(super) near_mass: f64,
     pub(super) modes: usize,
+    /// Is it more likely on the map than beyond?
+    pub(super) is_mapped: bool,
     pub(super) explained: Explained,
 }
 
 impl Anchor {
-    /// From what a run says of the moment of this snapshot.
-    pub(super) fn new(snapshot: usize, moment: &Moment) -> Self {
+    /// From what a run says of the moment of this snapshot; `is_mapped` says of each cell whether the map has it.
+    pub(super) fn new(snapshot: usize, moment: &Moment, is_mapped: Option<&[bool]>) -> Self {
         let (belief, mode) = (&moment.belief, moment.belief.mode());
+        let on_map = is_mapped.map_or(1.0, |is_mapped| {
+            let cells = belief.mass().iter().zip(is_mapped);
+            cells
+                .map(|(mass, is_mapped)| if *is_mapped { *mass } else { 0.0 })
+                .sum()
+        });
         Self {
             snapshot,
             place: mean_about_mode(belief, mode),
             near_mass: belief.mass_within_m(belief.places(), mode, NEAR_M),
             modes: belief.modes(NEAR_M, LEAST_MODE).len(),
+            is_mapped: on_map > 0.5,
             explained: Explained {
                 by_belief: moment.by_others,
                 anywhere: moment.anywhere,
@@ -63,11 +72,12 @@ fn mean_about_mode(belief: &Belief, mode: usize) -> Pose {
 }
 
 /// The lost score of a whole run: of the mean mass, and of how well the belief predicts on average what is sensed where it has not
-/// seen it.
+/// seen it; of the anchors on the map, as nothing is predicted beyond.
 pub(super) fn score_of_run(anchors: &[Anchor], lost: &LostConfig) -> f64 {
-    let n = anchors.len().max(1) as f64;
-    let mass = anchors.iter().map(|anchor| anchor.near_mass).sum::<f64>() / n;
-    let each = anchors.iter().map(|anchor| {
+    let on_map: Vec<&Anchor> = anchors.iter().filter(|anchor| anchor.is_mapped).collect();
+    let n = on_map.len().max(1) as f64;
+    let mass = on_map.iter().map(|anchor| anchor.near_mass).sum::<f64>() / n;
+    let each = on_map.iter().map(|anchor| {
         let mut one = Prediction::default(); // which bounds what a single snapshot says
         one.observe(anchor.explained, 1.0);
         one.mean()

@@ -47,8 +47,11 @@ pub struct SelfLabelConfig {
     pub gate_over: GateOver,
     /// What makes the score; its `threshold` is not asked.
     pub lost: LostConfig,
-    /// Cells of the belief.
+    /// Cells of the map.
     pub grid: GridConfig,
+    /// How far the belief reaches beyond the map in the plane, in metres, so that a robot that goes on into a new room is not laid over the rooms
+    /// next door. What is believed to be there is not kept. 0: the robot is on the map. Along a route there is no beyond.
+    pub beyond_m: f64,
 }
 
 impl Default for SelfLabelConfig {
@@ -60,6 +63,7 @@ impl Default for SelfLabelConfig {
             gate_over: GateOver::default(),
             lost: LostConfig::default(),
             grid: GridConfig::default(),
+            beyond_m: 5.0,
         }
     }
 }
@@ -78,6 +82,12 @@ impl SelfLabelConfig {
             return Err(Error::usage(format!(
                 "labels.gate = {}: expected a lost score, 0 to 1 (1: no gate)",
                 self.gate
+            )));
+        }
+        if !(0.0..=1000.0).contains(&self.beyond_m) {
+            return Err(Error::usage(format!(
+                "labels.beyond_m = {}: expected 0 (the robot is on the map) to 1000 metres",
+                self.beyond_m
             )));
         }
         self.grid.check()?;

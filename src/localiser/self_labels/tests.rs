@@ -147,5 +147,114 @@ fn constants_that_make_no_sense_are_refused_by_name() {
     refused(|c| c.gate = f64::NAN, "labels.gate = NaN");
     refused(|c| c.spacing_m = 0.0, "labels.spacing_m = 0");
     refused(|c| c.lost.slope = -1.0, "`slope`");
+    refused(|c| c.beyond_m = -1.0, "labels.beyond_m = -1");
     refused(|c| c.grid.cell_m = -1.0, "`cell_m`");
+}
+
+/// Lamps of a corridor of 10 m along x: one at 2 m, another kind at 6 m, none elsewhere. It tells which is overhead.
+struct Lamps<'a> {
+    grid: &'a Grid,
+    seen: Vec<u8>,
+}
+
+fn lamp_at(x_m: f64) -> u8 {
+    match x_m {
+        x if (x - 2.0).abs() < 0.5 => 1,
+        x if (x - 6.0).abs() < 0.5 => 2,
+        _ => 0,
+    }
+}
+
+impl PreparedSensorModel for Lamps<'_> {
+    fn log_likelihood(
+        &self,
+        snapshot: usize,
+        _belief: &Belief,
+        _stream: &mut crate::seed::Stream,
+    ) -> Result<Vec<f64>> {
+        let places = self.grid.places();
+        let of_cell = |cell: usize| match lamp_at(places.pose(cell).x_m) == self.seen[snapshot] {
+            true => 0.9_f64.ln(),
+            false => 0.05_f64.ln(),
+        };
+        Ok((0..places.len()).map(of_cell).collect())
+    }
+}
+
+/// The robot drives along the corridor, goes 6 m into a room that the map lacks, comes back, and drives on.
+#[test]
+fn who_goes_beyond_the_map_is_not_laid_over_it() {
+    let corridor = (0..=40).map(|k| 0.25 * f64::from(k));
+    let mapped: Vec<Pose> = corridor.map(|x_m| Pose::new(x_m, 0.0, 0.0)).collect();
+    let mut way: Vec<Pose> = (0..12)
+        .map(|k| Pose::new(0.5 * f64::from(k) + 1.0, 0.0, 0.0))
+        .collect();
+    let corner = *way.last().unwrap();
+    let room =
+        |y_m: f64, turned: f64| Pose::new(corner.x_m, y_m, turned * std::f64::consts::FRAC_PI_2);
+    way.extend((0..=12).map(|k| room(0.5 * f64::from(k), 1.0)));
+    way.extend((0..=12).rev().map(|k| room(0.5 * f64::from(k), -1.0)));
+    way.extend((0..6).map(|k| Pose::new(corner.x_m + 0.5 * f64::from(k), 0.0, 0.0)));
+    let seen = way
+        .iter()
+        .map(|p| if p.y_m > 1.0 { 0 } else { lamp_at(p.x_m) });
+    let seen: Vec<u8> = seen.collect();
+    let recording = Recording::new(Columns {
+        channels: vec![crate::recording::Channel {
+            name: "lamp".into(),
+            width: 1,
+            unit: String::new(),
+            bearing_rad: None,
+            maximum: None,
+            offset_m: None,
+        }],
+        values: ndarray::Array2::from_shape_fn((way.len(), 1), |(k, _)| f32::from(seen[k])),
+        stamp_s: (0..way.len()).map(|k| k as f64).collect(),
+        odometry: way.clone(),
+        pose: way.clone(),
+        run: vec![0; way.len()],
+        ..Columns::default()
+    })
+    .unwrap();
+    let labels = |beyond_m: f64| {
+        let config = SelfLabelConfig {
+            gate_over: GateOver::Moment,
+            ..SelfLabelConfig::default()
+        };
+        let places = Places::Plane(mapped.clone());
+        let cells = Beyond::new(&places, &config.grid, beyond_m).unwrap();
+        let lamps = Lamps {
+            grid: &cells.mapped,
+            seen: seen.clone(),
+        };
+        let labeller = Labeller {
+            grid: &cells.grid,
+            motion: &OdometryMotion::default(),
+            sensor: &BeyondTheMap {
+                cells: &cells,
+                within: &lamps,
+                anywhere: Belief::uniform(cells.mapped.places()).unwrap(),
+            },
+            pose: &mapped,
+            route_m: None,
+            is_mapped: Some(&cells.is_mapped()),
+        };
+        let start = KnownStart {
+            pose: way[0],
+            spread_m: 0.3,
+            spread_rad: 0.1,
+        };
+        self_labels(&labeller, &recording, &config, Some(start)).unwrap()
+    };
+    let worst_m = |labels: &[SelfLabel]| {
+        let off = labels.iter().zip(&way);
+        off.map(|(label, truth)| label.pose.distance_m(truth))
+            .fold(0.0, f64::max)
+    };
+    let (within, beyond) = (labels(0.0), labels(8.0));
+    assert!(worst_m(&within) > 2.0, "{}", worst_m(&within));
+    assert!(worst_m(&beyond) < 1.0, "{}", worst_m(&beyond));
+    for (label, truth) in beyond.iter().zip(&way) {
+        assert!(!(label.kept && truth.y_m > 1.5), "{label:?} {truth:?}");
+    }
 }
