@@ -24,6 +24,8 @@
 
 mod arrays;
 mod bank;
+mod bank_file;
+mod bank_names;
 mod fallback;
 mod file;
 mod forgetting;

@@ -13,6 +13,7 @@ mod networks;
 mod preprocessing;
 mod proto;
 mod reading;
+mod seal;
 #[cfg(test)]
 mod tests;
 
@@ -26,7 +27,8 @@ use crate::{
 };
 use graph::{Graph, Length};
 use prost::Message;
-use proto::{ModelProto, OperatorSetIdProto, StringStringEntryProto};
+use proto::{ModelProto, OperatorSetIdProto};
+use seal::{entry, seal};
 use serde_json::json;
 use std::path::Path;
 
@@ -60,23 +62,6 @@ pub fn to_bytes(bank: &ModelBank) -> Result<Vec<u8>> {
     let seal = seal(&bytes);
     bytes.extend(seal);
     Ok(bytes)
-}
-
-/// What ends a file: its last metadata, the digest of the bytes before.
-fn seal(bytes: &[u8]) -> Vec<u8> {
-    // Fields of a message that stand behind one another are one message.
-    let last = ModelProto {
-        metadata_props: vec![entry("sha256", storage::sha256(bytes))],
-        ..ModelProto::default()
-    };
-    last.encode_to_vec()
-}
-
-fn entry(key: &str, value: String) -> StringStringEntryProto {
-    StringStringEntryProto {
-        key: key.into(),
-        value,
-    }
 }
 
 fn file(bank: &ModelBank) -> Result<ModelProto> {

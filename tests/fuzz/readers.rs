@@ -21,8 +21,11 @@ use ballmark::{
 };
 use std::path::Path;
 
-/// A reader by the name of its folder in `corpus/` and of its target in `targets/`.
-pub const READERS: [(&str, fn(&[u8])); 15] = [
+/// The name of a reader's folder in `corpus/` and of its target in `targets/`, and the reader.
+type Named = (&'static str, fn(&[u8]));
+
+/// All of them.
+pub const READERS: [Named; 15] = [
     ("carmen", |bytes| log("carmen", bytes)),
     ("configuration", configuration),
     ("csv", |bytes| log("csv", bytes)),

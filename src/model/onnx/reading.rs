@@ -6,12 +6,12 @@
 use super::{
     super::{
         arrays::{Arrays, Values},
-        bank::{BANK, RUN, prefix},
+        bank_names::{BANK, RUN, prefix},
         header::Header,
         layout::{self, OCCUPANCY},
     },
     proto::{DOUBLE, FLOAT, ModelProto, TensorProto},
-    seal,
+    seal::seal,
 };
 use crate::{
     detector::net::{Layer, Weights},
