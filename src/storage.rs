@@ -46,13 +46,8 @@ pub fn write_file(
     content: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> Result<()> {
     let refused = |e: io::Error| Error::io("cannot write", path, e);
-    check_target(path)?;
-    // What a link leads to is written, and the link stays.
-    let linked = fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_symlink());
-    let target = match linked {
-        true => fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf()),
-        false => path.to_path_buf(),
-    };
+    folder_of_target(path)?;
+    let target = followed(path);
     let folder = folder_of(&target);
     let before = fs::metadata(&target)
         .ok()
@@ -84,8 +79,26 @@ pub(crate) fn clear_away(path: &Path) {
 /// work, so that the answer does not come after it.
 ///
 /// # Errors
-/// Where a folder, a device or a pipe of that name exists, or the folder that it would lie in is a file or does not exist.
+/// Where a folder, a device or a pipe of that name exists, or the folder that it would lie in is a file, does not exist or can't be written to.
 pub fn check_target(path: &Path) -> Result<PathBuf> {
+    let folder = folder_of_target(path)?;
+    let target = followed(path);
+    let made = temporary::beside(&folder_of(&target), target.file_name().unwrap_or_default());
+    made.map_err(|e| Error::io("cannot write", path, e))?; // and is gone again
+    Ok(folder)
+}
+
+/// What a link leads to is written, and the link stays.
+fn followed(path: &Path) -> PathBuf {
+    let linked = fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_symlink());
+    match linked {
+        true => fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf()),
+        false => path.to_path_buf(),
+    }
+}
+
+/// The folder that a file would lie in, as its name alone says.
+fn folder_of_target(path: &Path) -> Result<PathBuf> {
     let folder = folder_of(path);
     let fault = if path.is_dir() {
         "a folder of that name exists; expected a file name".to_string()
@@ -149,6 +162,9 @@ mod tests {
         // Memory that is mounted there is a folder like any other.
         if Path::new("/dev/shm").is_dir() {
             check_target("/dev/shm/dataset.npz".as_ref()).unwrap();
+            // Where nobody may make a file, whoever asks.
+            let fault = check_target("/proc/dataset.npz".as_ref()).unwrap_err();
+            assert!(fault.to_string().contains("cannot write"), "{fault}");
         }
     }
 

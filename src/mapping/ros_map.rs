@@ -59,7 +59,7 @@ impl RosMap {
                 Some(name) => {
                     let name = name.to_string_lossy();
                     e.followed_by(format!(
-                        "; `{name}` lies beside {}: name it so under `image`",
+                        "`{name}` lies beside {}: name it so under `image`",
                         file.display()
                     ))
                 }

@@ -188,7 +188,7 @@ fn each_fault_is_told_in_one_line_with_its_file() {
         (
             with("map.pgm", "/home/somebody/map.pgm"),
             good(),
-            "`map.pgm` lies beside",
+            "(os error 2); `map.pgm` lies beside",
         ),
         (format!("{YAML}mode: quaternary\n"), good(), "map.yaml: "),
         ("[".to_string(), good(), "map.yaml: "),
