@@ -69,9 +69,9 @@ def check(binary, model, folder, dataset=None):
     ballmark(binary, "export", model, "-o", graph)
     loaded = onnx.load(graph)
     onnx.checker.check_model(loaded, full_check=True)
-    meta = {entry.key: json.loads(entry.value) for entry in loaded.metadata_props}
+    meta = {entry.key: entry.value for entry in loaded.metadata_props}
     session = onnxruntime.InferenceSession(graph, providers=["CPUExecutionProvider"])
-    channels = meta["channels"]
+    channels = json.loads(meta["channels"])
     sources = {}
     random = folder / "random.npz"
     write_dataset(random, channels, random_values(channels, np.random.default_rng(1)))
