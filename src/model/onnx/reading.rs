@@ -69,14 +69,15 @@ pub(in crate::model) fn read(path: &Path, bytes: &[u8]) -> Result<(String, Array
         arrays.put_f64("map.route", route_m.into_dyn());
     }
     let Value::Array(headers) = header else {
-        add_set(&mut arrays, &constants, &header, "")?;
+        add_set(&mut arrays, &constants, parsed(path, &header)?, "")?;
         return Ok((header.to_string(), arrays));
     };
     let run = Array1::from(constants.f64("map.run.values")?);
     arrays.put(RUN, Values::F64(run.into_dyn()));
     for header in &headers {
-        let own: Header = parsed(path, header)?;
-        add_set(&mut arrays, &constants, header, &prefix(own.prior))?;
+        let own = parsed(path, header)?;
+        let prefix = prefix(own.prior);
+        add_set(&mut arrays, &constants, own, &prefix)?;
     }
     Ok((json!({ BANK: headers }).to_string(), arrays))
 }
@@ -87,8 +88,12 @@ fn parsed(path: &Path, header: &Value) -> Result<Header> {
 }
 
 /// What a set has of its own.
-fn add_set(arrays: &mut Arrays, constants: &Constants, header: &Value, prefix: &str) -> Result<()> {
-    let mut header = parsed(constants.path, header)?;
+fn add_set(
+    arrays: &mut Arrays,
+    constants: &Constants,
+    mut header: Header,
+    prefix: &str,
+) -> Result<()> {
     let checked = header.recipe.check();
     checked.map_err(|e| Error::input(constants.path, "header", format!("recipe: {e}")))?;
     let own = |name: &str| format!("{prefix}{name}");
@@ -113,8 +118,14 @@ fn add_set(arrays: &mut Arrays, constants: &Constants, header: &Value, prefix: &
     if header.occupancy.is_some() {
         let cells = constants.tensor("map.occupancy.values")?;
         let numbers = constants.f32("map.occupancy.values")?;
-        // Whatever is no such number is refused where the map is made.
-        let numbers = numbers.into_iter().map(|number| number as u8).collect();
+        let whole = |number: f32| match number as u8 {
+            whole if f32::from(whole) == number => Ok(whole), // which of them are occupancies is asked where the map is made
+            _ => Err(constants.wrong(
+                "map.occupancy.values",
+                format!("holds {number}; expected 0 (free), 100 (occupied) or 255 (unknown)"),
+            )),
+        };
+        let numbers = numbers.into_iter().map(whole).collect::<Result<_>>()?;
         let shape: Vec<usize> = (cells.dims.iter())
             .map(|&length| usize::try_from(length).unwrap_or(0))
             .collect();

@@ -29,6 +29,10 @@ fn a_rendered_map_comes_back_and_what_is_none_is_refused() {
         model.write(&path).unwrap();
         assert_eq!(Model::read(&path).unwrap(), model, "{container}");
     }
+    let bank = ModelBank::new(vec![model.clone()], vec![0; model.pose.len()]).unwrap();
+    let graph = folder.path().join("room.onnx");
+    onnx::write(&bank, &graph).unwrap();
+    assert_eq!(Model::read(&graph).unwrap(), model);
     let (meta, whole) = (model.meta().unwrap(), all_of(&model));
     let place = "array `map.occupancy`";
     refused(
