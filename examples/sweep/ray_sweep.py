@@ -7,7 +7,7 @@
 
 The program and the data go to a node once, by their SHA-256, and stay in its cache. Results come back whole and are written whole to the
 sweep's folder, which only this machine needs to see. Killed and called again, it runs what is missing. Cells of a node that is lost are run
-elsewhere (--retries); so are those that a node had no room on its disk for. A cell that fails of itself fails alone: failed/ says why.
+elsewhere (--retries); so are those that a node had no room on its disk for, if there is another. A cell that fails of itself fails alone: failed/ says why.
 """
 
 import argparse
@@ -17,6 +17,7 @@ import hashlib
 import json
 import os
 import pathlib
+import random
 import shutil
 import signal
 import subprocess
@@ -25,6 +26,7 @@ import tempfile
 import time
 
 import ray
+from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
 
 def write_whole(path, content):
@@ -59,7 +61,8 @@ def fetched(cache, objects):
 
 
 def run_cell(plan, line, objects, program, cache, threads, backoff_s):
-    """On a node: runs a cell in a folder of its own. What came of it, its file, times, and bytes fetched."""
+    """On a node: runs a cell in a folder of its own. What came of it, its file, times, bytes fetched, and the node."""
+    node = ray.get_runtime_context().get_node_id()
     cell = json.loads(line)["cell"]
     folder = None
     try:
@@ -77,17 +80,25 @@ def run_cell(plan, line, objects, program, cache, threads, backoff_s):
         times = folder / "times.jsonl"
         times = times.read_text() if times.exists() else ""
         if done.returncode == 0 and result.exists():
-            return "done", result.read_bytes(), times, count
+            return "done", result.read_bytes(), times, count, node
         (folder / "room").write_bytes(bytes(1 << 16))  # is there any?
         failure = folder / "failed" / cell[:2] / f"{cell}.txt"
         why = failure.read_bytes() if failure.exists() else f"cell {cell}\n{done.stderr}".encode()
-        return "failed", why, times, count
+        return "failed", why, times, count, node
     except OSError as fault:
         time.sleep(backoff_s)  # or a node without room would take one cell after the other
-        return "no room", f"cell {cell}\n{os.uname().nodename}: {fault}\n".encode(), "", 0
+        return "no room", f"cell {cell}\n{os.uname().nodename}: {fault}\n".encode(), "", 0, node
     finally:
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def elsewhere(full, slots):
+    """Where a cell is run again: on a node that has the slots and was not found full, if there is one."""
+    asked = {"CPU": slots["num_cpus"], "GPU": slots["num_gpus"]}
+    fits = lambda node: all(node["Resources"].get(kind, 0) >= count for kind, count in asked.items())
+    nodes = [node["NodeID"] for node in ray.nodes() if node["Alive"] and node["NodeID"] not in full and fits(node)]
+    return NodeAffinitySchedulingStrategy(random.choice(nodes), soft=True) if nodes else "DEFAULT"
 
 
 def arguments():
@@ -129,7 +140,9 @@ def main():
     slots = {"num_cpus": options.cpus, "num_gpus": options.gpus, "max_retries": options.retries}
     slots |= {"memory": options.memory * 1e6} if options.memory else {}
     remote = ray.remote(**slots)(run_cell)
-    running, tries, counts, bytes_sent = {}, collections.Counter(), collections.Counter(), 0
+    if options.gpus and not any(node["Alive"] and node["Resources"].get("GPU", 0) >= options.gpus for node in ray.nodes()):
+        print(f"no node has {options.gpus:g} of a GPU; cells wait until one joins", file=sys.stderr, flush=True)
+    running, tries, counts, bytes_sent, full = {}, collections.Counter(), collections.Counter(), 0, set()
     while left or running:
         # A few more than there are slots: the rest wait here and not in the cluster's memory.
         most = 2 * max(1, int(ray.cluster_resources().get("CPU", 1) / max(options.cpus, 1)))
@@ -141,15 +154,17 @@ def main():
                     sent[file["sha256"]] = put(file["source"])
             objects = {digest: sent[digest] for digest in [program, *(file["sha256"] for file in files)]}
             call = (plan, line["line"], objects, program, options.cache, options.cpus, options.backoff)
-            running[remote.remote(*call)] = line
+            where = elsewhere(full, slots) if tries[line["cell"]] else "DEFAULT"
+            running[remote.options(scheduling_strategy=where).remote(*call)] = line
         ended, _ = ray.wait(list(running), timeout=1)
         for reference in ended:
             line = running.pop(reference)
             name = line["cell"]
             try:
-                what, content, times, count = ray.get(reference)
+                what, content, times, count, node = ray.get(reference)
             except ray.exceptions.RayError as fault:
-                what, content, times, count = "lost", f"cell {name}\n{fault}\n".encode(), "", 0
+                what, content, times, count, node = "lost", f"cell {name}\n{fault}\n".encode(), "", 0, None
+            full = full | {node} if what == "no room" else full - {node}
             bytes_sent += count
             tries[name] += 1
             if what in ("no room", "lost") and tries[name] <= options.retries:

@@ -3,8 +3,8 @@
     pip install -r tests/sweep/requirements.txt
     python tests/sweep/check.py target/release/ballmark [--cells 200]
 
-A node is killed at a third; a driver is killed and started again; a cell is poisoned; a node has no room on its disk. At last what a cell costs
-besides its command.
+A node is killed at a third; a driver is killed and started again; a cell is poisoned; a node has no room on its disk; cells ask for half of a
+GPU each, which one node of three says that it has. At last what a cell costs besides its command.
 """
 
 import argparse
@@ -60,8 +60,8 @@ def results(sweep):
     return {path.stem: path.read_bytes() for path in sweep.glob("results/*/*.json")}
 
 
-def driver(sweep, address, cache):
-    call = [sys.executable, DRIVER, sweep, "--address", address, "--binary", BINARY, "--cache", cache, "--backoff", "2"]
+def driver(sweep, address, cache, *more):
+    call = [sys.executable, DRIVER, sweep, "--address", address, "--binary", BINARY, "--cache", cache, "--backoff", "2", *more]
     return subprocess.Popen(list(map(str, call)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -141,10 +141,10 @@ def main(folder, cells):
     disk = FullDisk(folder)
     # A dead node is noticed after two seconds, not ten.
     heartbeat = {"health_check_initial_delay_ms": 2000, "health_check_period_ms": 500, "health_check_failure_threshold": 4}
-    head = {"num_cpus": 0, "include_dashboard": False, "_system_config": heartbeat}
+    head = {"num_cpus": 0, "num_gpus": 0, "include_dashboard": False, "_system_config": heartbeat}
     cluster = Cluster(initialize_head=True, head_node_args=head)
     try:
-        node = lambda **more: cluster.add_node(num_cpus=1, include_dashboard=False, **more)
+        node = lambda **more: cluster.add_node(num_cpus=1, num_gpus=0, include_dashboard=False, **more)
         first, second = node(), node()
         address = cluster.address
         step("a cluster of two nodes with a slot each")
@@ -192,6 +192,21 @@ def main(folder, cells):
         again = int(summary(out).split(" run again")[0].split()[-1])
         expect(again > 0, "the node without room took no cell")
         step(f"a node with {disk.what} for temporary files: {again} attempts lost, every cell done elsewhere, the same bytes as here")
+
+        # Without a GPU in this machine: Ray counts what a node says that it has, and names the device to who is given a share.
+        sweep, log, noted = planned(folder, "gpu", seeds), folder / "devices", folder / "noted.sh"
+        log.touch()
+        noted.write_text(f'#!/bin/sh\n[ "$2" = run-cell ] && echo "$CUDA_VISIBLE_DEVICES" >> "{log}"\nexec "{BINARY}" "$@"\n')
+        noted.chmod(0o755)
+        process = driver(sweep, address, cache, "--gpus", "0.5", "--binary", noted)
+        line = process.stderr.readline()
+        expect("no node has 0.5 of a GPU" in line, line or process.communicate())
+        expect(not log.read_text(), "nothing runs where there is no GPU")
+        cluster.add_node(num_cpus=2, num_gpus=1, include_dashboard=False)
+        ended(process)
+        expect(results(sweep) == expected, "the same bytes on the node with a GPU")
+        expect(log.read_text().split() == ["0"] * cells, f"every cell has a share of device 0: {log.read_text().split()}")
+        step(f"half of a GPU a cell: {cells} of {cells} cells on the one node of three that has one, the same bytes as here")
     finally:
         cluster.shutdown()
         disk.end()
