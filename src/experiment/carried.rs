@@ -10,7 +10,7 @@ use super::{
 use crate::{
     belief::{Grid, Places},
     error::{Error, Result},
-    localiser::{BayesLocaliser, PreparedSensorModel, lost::Prediction},
+    localiser::{BayesLocaliser, PreparedSensorModel},
     recording::Recording,
     seed::Seed,
 };
@@ -73,8 +73,6 @@ pub(super) struct Ground<'a> {
     pub recording: &'a Recording,
     pub places: &'a Places,
     pub grid: &'a Arc<Grid>,
-    /// Weight of the newest snapshot in the mean of how well the belief predicts.
-    pub short: f64,
 }
 
 impl Ground<'_> {
@@ -84,7 +82,6 @@ impl Ground<'_> {
     /// Where the sensor model fails.
     pub fn drive(&self, robot: BayesLocaliser, legs: &[&Trial]) -> Result<Vec<Answers>> {
         let mut robot = robot.watched()?;
-        let mut prediction = Prediction::default();
         let mut leg = |leg: &&Trial| {
             let mut answers = Answers::default();
             for (step, &k) in leg.snapshots.iter().enumerate() {
@@ -100,9 +97,7 @@ impl Ground<'_> {
                 answers.point_error_m.push(point_m);
                 let sureness: &mut Sureness = &mut answers.sureness;
                 sureness.note(self.grid, belief, self.places, k);
-                if let Some(explained) = robot.explained() {
-                    sureness.predicted(&mut prediction, explained, self.short);
-                }
+                sureness.ratios.extend(robot.ratios(mode));
             }
             Ok(answers)
         };

@@ -74,15 +74,10 @@ pub(super) fn scored(
             .zip(&sureness.near_mass)
             .enumerate()
         {
-            let predicts = sureness.predicts.get(step);
-            let score = match (score, predicts) {
-                (Some(score), Some(&predicts)) => score.of_mean(near_mass, predicts),
-                _ => 1.0 - near_mass,
-            };
             steps.push(ScoredStep {
                 unit: trial.unit,
                 is_lost: error_m > NEAR_M,
-                score,
+                score: sureness.score(step, score)?,
                 near_mass,
             });
         }
@@ -172,12 +167,12 @@ mod tests {
         }
     }
 
-    fn answers(error_m: [f64; 3], near: [f64; 3], predicts: [f64; 3]) -> Answers {
+    fn answers(error_m: [f64; 3], near: [f64; 3], ratios: [f64; 3]) -> Answers {
         Answers {
             point_error_m: error_m.to_vec(),
             sureness: Sureness {
                 near_mass: near.to_vec(),
-                predicts: predicts.to_vec(),
+                ratios: ratios.iter().map(|ratio| vec![*ratio]).collect(),
                 true_place_mass: vec![Some(0.25), Some(0.0), None],
                 end_entropy_nats: Some(1.5),
                 end_modes: Some(2),

@@ -194,7 +194,6 @@ impl Play<'_> {
             recording: context.parts.run,
             places: &context.parts.places,
             grid: &context.grid,
-            short: self.lost.map_or(1.0, |lost| lost.short),
         };
         let anywhere = Belief::uniform(context.grid.places())?;
         let motion = motion(self.method, context);
@@ -251,12 +250,12 @@ impl Play<'_> {
     fn noticed_at_m(&self, after: &Trial, answers: &Answers) -> Option<f64> {
         let lost = self.lost?;
         let until_m = converged_at_m(after, answers).unwrap_or(f64::INFINITY);
-        let steps = after.travelled_m.iter().zip(&answers.sureness.near_mass);
-        let mut steps = steps.zip(&answers.sureness.predicts);
-        let says_so = |((m, near), predicts): &((&f64, &f64), &f64)| {
-            **m < until_m && lost.of_mean(**near, **predicts) >= lost.threshold
+        let mut steps = after.travelled_m.iter().enumerate();
+        let says_so = |(step, m): &(usize, &f64)| {
+            let score = answers.sureness.score(*step, Some(lost));
+            **m < until_m && score.is_some_and(|score| score >= lost.threshold)
         };
-        steps.find(says_so).map(|((metres, _), _)| *metres)
+        steps.find(says_so).map(|(_, metres)| *metres)
     }
 }
 

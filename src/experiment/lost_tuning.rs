@@ -25,11 +25,11 @@ use rayon::prelude::*;
 pub(super) const SEQUENCES: usize = 12;
 
 /// One step: was the robot lost, and what the score is made of.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Point {
     is_lost: bool,
     near_mass: f64,
-    predicts: f64,
+    ratios: Vec<f64>,
 }
 
 /// The constants for a method; the usual ones where nothing can be validated, none where it is no filter with a sensor.
@@ -52,7 +52,6 @@ pub(super) fn tuned_lost(
         recording: &source.recording,
         places: &places,
         grid: &context.grid,
-        short: LostConfig::default().short,
     };
     let carried = jumps(&trials, &places, |length_m| 0.5 * length_m, context.seed());
     let anywhere = Belief::uniform(context.grid.places())?;
@@ -73,11 +72,11 @@ pub(super) fn tuned_lost(
             // Before its jump a robot is where the same sequence without one has it.
             let last = ground.drive(robot, legs)?.pop().unwrap_or_default();
             let steps = last.point_error_m.iter().zip(&last.sureness.near_mass);
-            let steps = steps.zip(&last.sureness.predicts);
-            let point = |((error_m, near_mass), predicts): ((&f64, &f64), &f64)| Point {
+            let steps = steps.zip(&last.sureness.ratios);
+            let point = |((error_m, near_mass), ratios): ((&f64, &f64), &Vec<f64>)| Point {
                 is_lost: *error_m > NEAR_M,
                 near_mass: *near_mass,
-                predicts: *predicts,
+                ratios: ratios.clone(),
             };
             Ok(steps.map(point).collect::<Vec<Point>>())
         });
@@ -93,12 +92,14 @@ pub(super) fn tuned_lost(
 /// Likelihood alone would do worse: steps after a jump are many, and most of a validation part's others are right.
 fn fitted(anywhere: &[Point], carried: &[Point]) -> LostConfig {
     let usual = LostConfig::default();
-    let of = |base: f64, slope: f64| LostConfig {
+    let of = |short: f64, base: f64, slope: f64| LostConfig {
+        short,
         base,
         slope,
         ..usual.clone()
     };
-    let grid = BASES.iter().flat_map(|&b| SLOPES.map(|s| of(b, s)));
+    let shapes = BASES.iter().flat_map(|&b| SLOPES.map(|s| (b, s)));
+    let grid = shapes.flat_map(|(b, s)| SHORTS.map(|short| of(short, b, s)));
     let merit = |config: &LostConfig| {
         let areas = [anywhere, carried].map(|points| area(points, config));
         areas.iter().sum::<f64>() - LIKELIHOOD * nats(&[anywhere, carried].concat(), config)
@@ -112,9 +113,10 @@ fn fitted(anywhere: &[Point], carried: &[Point]) -> LostConfig {
     best
 }
 
-/// Bases and slopes that are tried.
-const BASES: [f64; 8] = [-1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
-const SLOPES: [f64; 6] = [0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
+/// Weights of the newest observation, bases and slopes that are tried. No slope of 0, by which nobody would notice that he was carried away.
+const SHORTS: [f64; 4] = [0.2, 0.3, 0.5, 0.8];
+const BASES: [f64; 7] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0];
+const SLOPES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 3.0];
 
 /// What a nat a step counts beside an area of 1: it decides between constants that tell alike.
 const LIKELIHOOD: f64 = 0.02;
@@ -122,7 +124,7 @@ const LIKELIHOOD: f64 = 0.02;
 /// How well the score tells the lost steps; 1/2 where there are none, or no others.
 fn area(points: &[Point], config: &LostConfig) -> f64 {
     let scored = points.iter().map(|point| {
-        let score = config.of_mean(point.near_mass, point.predicts);
+        let score = config.score(point.near_mass, &point.ratios);
         (0, point.is_lost, score)
     });
     let auroc = Auroc::of(&scored.collect::<Vec<_>>(), 0, Seed(0));
@@ -134,7 +136,7 @@ fn nats(points: &[Point], config: &LostConfig) -> f64 {
     const LEAST: f64 = 1e-6;
     let of_point = |point: &Point| {
         let lost = config
-            .of_mean(point.near_mass, point.predicts)
+            .score(point.near_mass, &point.ratios)
             .clamp(LEAST, 1.0 - LEAST);
         -(if point.is_lost { lost } else { 1.0 - lost }).ln()
     };
@@ -142,23 +144,26 @@ fn nats(points: &[Point], config: &LostConfig) -> f64 {
 }
 
 /// The threshold that finds most of the lost for the false alarms that it gives (Youden, *Index for rating diagnostic tests*, Cancer
-/// 3, 1950); the usual one where there are no lost steps, or no others.
+/// 3, 1950), in the middle between two scores, so that where a gap parts the lost from the others it is not at its edge; the usual one where there
+/// are no lost steps, or no others.
 fn threshold(points: &[Point], config: &LostConfig) -> f64 {
     let usual = LostConfig::default().threshold;
     let lost = points.iter().filter(|point| point.is_lost).count() as f64;
     let found = points.len() as f64 - lost;
-    let score = |point: &Point| config.of_mean(point.near_mass, point.predicts);
+    let score = |point: &Point| config.score(point.near_mass, &point.ratios);
     let mut scores: Vec<(f64, bool)> = points.iter().map(|p| (score(p), p.is_lost)).collect();
     scores.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (mut caught, mut alarms) = (0.0, 0.0);
     let mut best = (f64::NEG_INFINITY, usual);
-    for alike in scores.chunk_by(|a, b| a.0 == b.0) {
+    let mut groups = scores.chunk_by(|a, b| a.0 == b.0).peekable();
+    while let Some(alike) = groups.next() {
         let lost_here = alike.iter().filter(|(_, is_lost)| *is_lost).count() as f64;
         caught += lost_here;
         alarms += alike.len() as f64 - lost_here;
         let index = caught / lost - alarms / found;
         if index > best.0 {
-            best = (index, alike[0].0);
+            let next = groups.peek().map_or(alike[0].0, |below| below[0].0);
+            best = (index, 0.5 * (alike[0].0 + next));
         }
     }
     // NaN and what is no threshold of a probability
@@ -179,18 +184,18 @@ mod tests {
         (0..6000)
             .map(|_| {
                 let near_mass: f64 = stream.random_range(0.2..1.0);
-                let predicts: f64 = stream.random_range(-4.0..4.0);
-                let sure = near_mass / (1.0 + (-base - slope * predicts).exp());
+                let explains: f64 = stream.random_range(-4.0..4.0);
+                let sure = near_mass / (1.0 + (-base - slope * explains).exp());
                 Point {
                     is_lost: !stream.random_bool(sure),
                     near_mass,
-                    predicts,
+                    ratios: vec![explains],
                 }
             })
             .collect()
     }
 
-    /// Sure and wrong after a jump, where only predictions tell; unsure at first without one.
+    /// Sure and wrong after a jump, where only what was sensed tells; unsure at first without one.
     #[test]
     fn both_kinds_of_lost_steps_are_told() {
         let anywhere = points(3.0, 0.25);
@@ -212,12 +217,36 @@ mod tests {
         assert!(area(&anywhere, &fitted) > area(&anywhere, &mass_alone) - 0.03);
     }
 
+    /// Where one snapshot tells all, the newest counts most; where each tells little, many count.
+    #[test]
+    fn the_weight_of_the_newest_follows_what_a_snapshot_tells() {
+        let mut stream = Seed(6).stream("ratios");
+        let mut points = |newest: f64, older: f64, noise: f64| -> Vec<Point> {
+            let point = |number: usize| {
+                let is_lost = number.is_multiple_of(2);
+                let sign = if is_lost { -1.0 } else { 1.0 };
+                let mut ratio = |mean: f64| sign * mean + noise * stream.random_range(-1.0..1.0);
+                Point {
+                    is_lost,
+                    near_mass: 0.99,
+                    ratios: (0..8)
+                        .map(|k| ratio(if k == 0 { newest } else { older }))
+                        .collect(),
+                }
+            };
+            (0..600).map(point).collect()
+        };
+        let (sharp, blurred) = (points(2.0, 0.0, 3.0), points(0.5, 0.5, 3.0));
+        assert_eq!(fitted(&sharp, &sharp).short, 0.8);
+        assert_eq!(fitted(&blurred, &blurred).short, 0.2);
+    }
+
     #[test]
     fn with_nothing_to_learn_from_the_usual_constants_stay() {
         assert_eq!(fitted(&[], &[]), LostConfig::default());
     }
 
-    /// Scores .9 and .6 (lost), .55 and .4 (found), .3 (lost), .1 and .05 (found): 2/3 − 0 at .6 is the best.
+    /// Scores .9 and .6 (lost), .55 and .4 (found), .3 (lost), .1 and .05 (found): 2/3 − 0 between .6 and .55 is the best.
     #[test]
     fn the_threshold_by_hand() {
         let config = LostConfig {
@@ -236,10 +265,10 @@ mod tests {
         .map(|(score, is_lost)| Point {
             is_lost,
             near_mass: 1.0 - score,
-            predicts: 0.0,
+            ratios: Vec::new(),
         })
         .to_vec();
-        assert!((threshold(&points, &config) - 0.6).abs() < 1e-9);
+        assert!((threshold(&points, &config) - 0.575).abs() < 1e-9);
         assert_eq!(threshold(&points[5..], &config), 0.5);
     }
 }

@@ -5,7 +5,7 @@ use crate::{
     localiser::{
         Probable,
         live::LEAST_MODE,
-        lost::{Explained, NEAR_M, Prediction},
+        lost::{LostConfig, NEAR_M},
     },
 };
 
@@ -14,8 +14,9 @@ use crate::{
 pub struct Sureness {
     /// Mass within 1 m of the point estimate.
     pub near_mass: Vec<f64>,
-    /// How well the belief predicted the last snapshots, in nats ([`Prediction::mean`]); empty where nobody knows.
-    pub predicts: Vec<f64>,
+    /// How well the point estimate, with the way that led there, explains the last snapshots
+    /// ([`Hindsight::ratios`](crate::belief::Hindsight::ratios)); empty where nobody knows.
+    pub ratios: Vec<Vec<f64>>,
     /// What the belief gave to the place of the truth, one cell wide, any heading; none where that is off the grid.
     pub true_place_mass: Vec<Option<f64>>,
     /// Entropy after the last snapshot, in nats.
@@ -39,10 +40,14 @@ impl Sureness {
         self.true_place_mass.push(truth.map(of_site));
     }
 
-    /// Notes how well the belief predicted what was just sensed.
-    pub(super) fn predicted(&mut self, by: &mut Prediction, explained: Explained, short: f64) {
-        by.observe(explained, short);
-        self.predicts.push(by.mean());
+    /// The lost score after a step, by these constants where the last snapshots are known, else 1 less the mass; none where an answer comes without
+    /// a belief.
+    pub(super) fn score(&self, step: usize, lost: Option<&LostConfig>) -> Option<f64> {
+        let near_mass = *self.near_mass.get(step)?;
+        Some(match (lost, self.ratios.get(step)) {
+            (Some(lost), Some(ratios)) => lost.score(near_mass, ratios),
+            _ => 1.0 - near_mass,
+        })
     }
 
     /// Notes the last belief of a trial.

@@ -14,8 +14,7 @@ use crate::{
     error::{Error, Result},
     geometry::Pose,
     localiser::{
-        BayesLocaliser, Estimate, Localiser, LostConfig, PreparedSensorModel, Step,
-        lost::Prediction,
+        BayesLocaliser, Estimate, Localiser, PreparedSensorModel, Step,
         sensor_model::{EvidenceScale, Scaled},
     },
     seed::Stream,
@@ -121,7 +120,6 @@ impl Filter<'_> {
         if !self.known_start {
             robot = robot.watched()?;
         }
-        let (mut prediction, short) = (Prediction::default(), LostConfig::default().short);
         let mut answers = Answers::default();
         for (step, &k) in trial.snapshots.iter().enumerate() {
             let observation = parts.run.observation(k);
@@ -153,11 +151,7 @@ impl Filter<'_> {
                 answers.end_heading_error_rad = is_plane.then_some(error_rad);
                 answers.end_confidence = Some(belief.mass_within_m(cells, mode, RIGHT_WITHIN_M));
             }
-            if let Some(explained) = robot.explained() {
-                answers
-                    .sureness
-                    .predicted(&mut prediction, explained, short);
-            }
+            answers.sureness.ratios.extend(robot.ratios(mode));
         }
         Ok(answers)
     }

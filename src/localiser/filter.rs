@@ -2,11 +2,10 @@
 
 use super::{
     PreparedSensorModel, Sites, Step,
-    lost::Explained,
     restart::{Restart, RestartConfig},
 };
 use crate::{
-    belief::{BayesFilter, Belief, Grid, OdometryMotion},
+    belief::{BayesFilter, Belief, Grid, Hindsight, OdometryMotion},
     error::Result,
     geometry::Pose,
     recording::{Observation, Recording},
@@ -22,7 +21,8 @@ pub struct BayesLocaliser<'a> {
     last: Option<Pose>,
     /// Where the robot may be that knows nothing; there where somebody asks for it.
     no_idea: Option<Belief>,
-    explained: Option<Explained>,
+    /// What was sensed on the way; there where somebody watches.
+    hindsight: Option<Hindsight>,
     restart: Option<Restart>,
     /// Share of the belief to give up before the next observation.
     given_up: f64,
@@ -46,18 +46,19 @@ impl<'a> BayesLocaliser<'a> {
             stream,
             last: None,
             no_idea: None,
-            explained: None,
+            hindsight: None,
             restart: None,
             given_up: 0.0,
         })
     }
 
-    /// The same robot, which also says how well its belief explains each observation ([`explained`](Self::explained)).
+    /// The same robot, which also says how well its estimate explains what it has sensed ([`ratios`](Self::ratios)).
     ///
     /// # Errors
     /// None: a grid has cells.
     pub fn watched(mut self) -> Result<Self> {
         self.no_idea = Some(Belief::uniform(self.filter.grid().places())?);
+        self.hindsight = Some(Hindsight::default());
         Ok(self)
     }
 
@@ -67,15 +68,17 @@ impl<'a> BayesLocaliser<'a> {
     /// Where a constant makes no sense.
     pub fn restarting(mut self, config: &RestartConfig) -> Result<Self> {
         if self.no_idea.is_none() {
-            self = self.watched()?;
+            self.no_idea = Some(Belief::uniform(self.filter.grid().places())?);
         }
         self.restart = Some(Restart::new(config.clone())?);
         Ok(self)
     }
 
-    /// How well the belief explained the last observation; none where nobody [watches](Self::watched) or there is no sensor.
-    pub fn explained(&self) -> Option<Explained> {
-        self.explained
+    /// How well a cell of the grid, with the way that has led there, explains the last observations ([`Hindsight::ratios`]); none where nobody
+    /// [watches](Self::watched) or there is no sensor.
+    pub fn ratios(&self, cell: usize) -> Option<Vec<f64>> {
+        let hindsight = self.hindsight.as_ref().filter(|_| self.sensor.is_some())?;
+        Some(hindsight.ratios(self.filter.grid(), cell))
     }
 
     /// Somebody carries the robot to where its wheels will say `odometry`, and it is not aware of it.
@@ -103,8 +106,11 @@ impl<'a> BayesLocaliser<'a> {
             self.given_up = 0.0;
         }
         if let Some(last) = self.last.replace(observation.odometry) {
-            self.filter
-                .predict(&last.displacement_to(&observation.odometry))?;
+            let step = last.displacement_to(&observation.odometry);
+            self.filter.predict(&step)?;
+            if let Some(hindsight) = &mut self.hindsight {
+                hindsight.moved(&step);
+            }
         }
         Ok(self.filter.belief())
     }
@@ -118,11 +124,8 @@ impl<'a> BayesLocaliser<'a> {
             let likelihood =
                 sensor.log_likelihood(snapshot, self.filter.belief(), &mut self.stream)?;
             let by_belief = self.filter.correct(&likelihood)?;
-            if let Some(no_idea) = &self.no_idea {
-                self.explained = Some(Explained {
-                    by_belief,
-                    anywhere: no_idea.log_predictive(&likelihood),
-                });
+            if let (Some(no_idea), Some(hindsight)) = (&self.no_idea, &mut self.hindsight) {
+                hindsight.sensed(&likelihood, no_idea.log_predictive(&likelihood));
             }
             if let Some(restart) = &mut self.restart {
                 self.given_up = restart.after(by_belief);

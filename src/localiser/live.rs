@@ -6,12 +6,12 @@ mod of_model;
 pub use confidence::LEAST_MODE;
 
 use super::{
-    lost::{Explained, LostConfig, Prediction},
+    lost::LostConfig,
     restart::{Restart, RestartConfig},
     sensor_model::{BankChoice, EvidenceScale, SensorModel},
 };
 use crate::{
-    belief::{BayesFilter, Belief, Evidence, Grid, GridConfig, OdometryMotion, Places},
+    belief::{BayesFilter, Belief, Evidence, Grid, GridConfig, Hindsight, OdometryMotion, Places},
     error::{Error, Result},
     geometry::{Displacement, Pose},
     recording::{Observation, history::Past},
@@ -100,8 +100,8 @@ pub struct LiveLocaliser {
     past: Option<Past>,
     no_idea: Belief,
     lost: LostConfig,
-    /// How well the belief predicted the last observations.
-    prediction: Prediction,
+    /// What was sensed on the way.
+    hindsight: Hindsight,
     restart: Option<Restart>,
     /// Share of the belief to give up before the next observation.
     given_up: f64,
@@ -148,7 +148,7 @@ impl LiveLocaliser {
             past: None,
             no_idea,
             lost: LostConfig::default(),
-            prediction: Prediction::default(),
+            hindsight: Hindsight::default(),
             restart: None,
             given_up: 0.0,
         })
@@ -189,7 +189,7 @@ impl LiveLocaliser {
     pub fn restart(&mut self, belief: Belief) -> Result<()> {
         self.filter.restart(belief)?;
         self.odometry = None;
-        self.prediction = Prediction::default();
+        self.hindsight.forget();
         self.given_up = 0.0;
         if let Some(restart) = &mut self.restart {
             restart.forget();
@@ -205,7 +205,9 @@ impl LiveLocaliser {
     /// # Errors
     /// Where the movement is not finite: the belief stays as it was.
     pub fn predict(&mut self, step: &Displacement) -> Result<()> {
-        self.filter.predict(step)
+        self.filter.predict(step)?;
+        self.hindsight.moved(step);
+        Ok(())
     }
 
     /// Moves the belief by what odometry has reckoned since it was last asked; the first pose only sets the start. Wheels that
@@ -220,7 +222,7 @@ impl LiveLocaliser {
             )));
         }
         if let Some(last) = self.odometry {
-            self.filter.predict(&last.displacement_to(odometry))?;
+            self.predict(&last.displacement_to(odometry))?;
         }
         self.odometry = Some(*odometry);
         Ok(())
@@ -269,11 +271,8 @@ impl LiveLocaliser {
         }
         // ln Σ_ξ Bel(ξ) P(z|ξ), from the model as it is scaled, and the same for a robot that may be anywhere.
         let log_predictive = self.filter.correct(&log_likelihood)?;
-        let explained = Explained {
-            by_belief: log_predictive,
-            anywhere: self.no_idea.log_predictive(&log_likelihood),
-        };
-        self.prediction.observe(explained, self.lost.short);
+        let anywhere = self.no_idea.log_predictive(&log_likelihood);
+        self.hindsight.sensed(&log_likelihood, anywhere);
         self.given_up = match &mut self.restart {
             Some(restart) => restart.after(log_predictive),
             None => 0.0,

@@ -34,6 +34,7 @@ mod anchor;
 mod between;
 mod beyond;
 mod config;
+mod prediction;
 
 pub use config::{GateOver, LabelsFrom, SelfLabelConfig};
 

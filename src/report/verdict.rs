@@ -106,3 +106,38 @@ fn by_distance(rows: &[AtDistance]) -> Table {
     }
     table
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        score::{Effort, Responses},
+        seed::Seed,
+    };
+
+    fn verdict(location: [&str; 4], distance_m: Option<[f64; 4]>) -> Verdict {
+        let labels = |all: [&str; 4]| all.map(String::from).to_vec();
+        let (response, distance_m) = (labels(["1", "1", "2", "2"]), distance_m.map(Vec::from));
+        let responses = Responses::new(labels(location), response, None, distance_m).unwrap();
+        Verdict::new(&responses, Effort::default(), Seed(1))
+    }
+
+    #[test]
+    fn one_location_leaves_nothing_to_tell() {
+        let one = verdict_in_words(&verdict(["hall"; 4], None));
+        assert!(one.contains("nothing to tell"), "{one}");
+        let two = verdict_in_words(&verdict(["hall", "hall", "door", "door"], None));
+        assert!(two.contains("100.0 %") && two.contains("4 rows"), "{two}");
+    }
+
+    #[test]
+    fn distances_have_a_row_each() {
+        let verdict = verdict(["hall", "door", "hall", "door"], Some([0.0, 0.0, 2.5, 2.5]));
+        let tables = verdict_tables(&verdict);
+        let text = tables[1].text();
+        assert!(
+            tables.len() == 2 && text.contains("0.000") && text.contains("2.500"),
+            "{text}"
+        );
+    }
+}

@@ -1,6 +1,7 @@
 //! `ballmark reproduce`: the papers' tables from the program alone.
 
 use super::support::Workplace;
+use ballmark::experiment::sweep::{Command, headline_figures};
 
 /// A table as it was written, by rows.
 fn rows(place: &Workplace, name: &str) -> Vec<Vec<String>> {
@@ -28,6 +29,26 @@ fn same_but_times(place: &Workplace, folders: [&str; 2], record: &str) {
         }
     }
     assert!(compared > 8, "{compared}");
+}
+
+/// What `sweep collect` would show of a record: as many figures, each a number, these names among them.
+fn shown_by_a_sweep(place: &Workplace, record: &str, count: usize, names: &[&str]) {
+    let text = std::fs::read_to_string(place.path(record)).unwrap();
+    let figures = headline_figures(Command::Reproduce, &serde_json::from_str(&text).unwrap());
+    let names_shown: Vec<&String> = figures.iter().map(|figure| &figure.0).collect();
+    assert_eq!(figures.len(), count, "{names_shown:?}");
+    for name in names {
+        assert!(
+            names_shown.iter().any(|shown| shown == name),
+            "{name}: {names_shown:?}"
+        );
+    }
+    assert!(
+        figures
+            .iter()
+            .all(|figure| figure.1.is_some_and(f64::is_finite)),
+        "{figures:?}"
+    );
 }
 
 #[test]
@@ -66,6 +87,12 @@ fn means_over_seeds_stand_beside_duckett_and_nehmzows_figures() {
         (0.3..1.0).contains(&mean) && half > 0.0 && half < 0.5,
         "{:?}",
         table[2]
+    );
+    shown_by_a_sweep(
+        &place,
+        "r/duckett1998.json",
+        18,
+        &["standard.EBL.A.mean_uncertainty_coefficient_corrected"],
     );
     // What the table rounds, the record has of each seed.
     let text = std::fs::read_to_string(place.path("r/duckett1998.json")).unwrap();
@@ -153,6 +180,12 @@ fn six_recognisers_stand_beside_the_papers_with_each_of_three_seeds() {
     assert_eq!(table[2][4], "", "C is not asked at toy size");
     let (responses, _) = mean_and_half(&rows(&place, "r/paper_table_1.csv")[1][2]);
     assert!((5.0..60.0).contains(&responses), "{responses}");
+    shown_by_a_sweep(
+        &place,
+        "r/duckett2000.json",
+        12,
+        &["recognition.OHM.B.uncertainty_coefficient_corrected"],
+    );
     for name in [
         "duckett2000.json",
         "order.csv",
@@ -231,6 +264,12 @@ fn thruns_figures_stand_beside_ours() {
     let record = std::fs::read(place.path("r/thrun1998.json")).unwrap();
     let json: serde_json::Value = serde_json::from_slice(&record).unwrap();
     assert_eq!(json["sets"][0]["name"], "d1");
+    shown_by_a_sweep(
+        &place,
+        "r/thrun1998.json",
+        6,
+        &["sets.d1.ball 4.held_out", "sets.d1.door 1.held_out"],
+    );
 }
 
 #[test]
@@ -244,6 +283,12 @@ fn the_metric_of_a_correction_stands_beside_the_papers() {
     let table = std::fs::read_to_string(place.path("r/figures.csv")).unwrap();
     let first = table.lines().nth(1).unwrap();
     assert_eq!(first, "estimates of a repetition,141,141,18,62,61");
+    shown_by_a_sweep(
+        &place,
+        "r/ruizmayor2006.json",
+        4,
+        &["optimal.mean", "merit_m.mean"],
+    );
     for name in [
         "ruizmayor2006.json",
         "by_prior_error.md",

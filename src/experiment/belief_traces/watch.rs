@@ -304,15 +304,7 @@ fn chosen(trials: &[Trial], answers: &[Answers], title: &str) -> Vec<(usize, Vec
 fn is_lost(answers: &Answers, lost: Option<&LostConfig>, steps: usize) -> Vec<Option<bool>> {
     let usual = LostConfig::default();
     let threshold = lost.unwrap_or(&usual).threshold;
-    let sureness = &answers.sureness;
-    let of_step = |step: usize| {
-        let near = *sureness.near_mass.get(step)?;
-        let score = match (lost, sureness.predicts.get(step)) {
-            (Some(lost), Some(&predicts)) => lost.of_mean(near, predicts),
-            _ => 1.0 - near,
-        };
-        Some(score >= threshold)
-    };
+    let of_step = |step| Some(answers.sureness.score(step, lost)? >= threshold);
     (0..steps).map(of_step).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     cell::Cell,
-    figures::{Figure, at_path, headline},
+    figures::{Figure, at_path, headline_figures},
     folder::Sweep,
     plan::{described, shown},
     record::{CellRow, Hole, SweepRecord, SweepRow},
@@ -148,7 +148,7 @@ fn read<'a>(sweep: &Sweep, cell: &'a Cell, metrics: &[String]) -> Result<ReadCel
         return Err(damaged(&path, "the result of another cell"));
     }
     let record = &result["record"];
-    let headline = headline(sweep.plan.base.command, record);
+    let headline = headline_figures(sweep.plan.base.command, record);
     let (mut figures, mut absent) = (Vec::new(), Vec::new());
     for name in metrics {
         let known = headline.iter().find(|(known, _)| known == name);

@@ -22,7 +22,14 @@ pub type Figure = (String, Option<f64>);
 /// | `localise` | `converged_fraction`, `error_at_10m_m`, `tracked_error_m`, `recall_1m` of the model, or of each where there are several |
 /// | `compare` | these of each system and dataset in `[localisation]`; U(L\|R), corrected, in `[standard]` and `[recognition]`; the error reduction at each prior; precision and recall of landmarks |
 /// | `reproduce` | as `compare`, means over its seeds; of thrun1998 what filters for ±2 m take away at ±2 m; of ruizmayor2006 the share of optimal estimates and μ + σ |
-pub(super) fn headline(command: Command, record: &Value) -> Vec<Figure> {
+///
+/// ```
+/// use ballmark::experiment::sweep::{Command, headline_figures};
+/// let record = serde_json::json!({ "validation": { "error_reduction": 0.41 }, "train": { "error_reduction": 0.5 } });
+/// let figures = headline_figures(Command::Train, &record);
+/// assert_eq!(figures[0], ("validation.error_reduction".to_string(), Some(0.41)));
+/// ```
+pub fn headline_figures(command: Command, record: &Value) -> Vec<Figure> {
     match command {
         Command::Train => match record["sets"].as_array() {
             Some(sets) => sets
@@ -225,14 +232,14 @@ mod tests {
     fn a_training_has_its_two_figures_and_a_bank_those_of_each_set() {
         let one = json!({ "validation": null, "train": { "error_reduction": 0.5 } });
         assert_eq!(
-            headline(Command::Train, &one),
+            headline_figures(Command::Train, &one),
             [
                 ("validation.error_reduction".into(), None),
                 ("train.error_reduction".into(), Some(0.5))
             ]
         );
         let set = json!({ "uncertainty": "2m", "train": { "error_reduction": 0.5 } });
-        let bank = headline(Command::Train, &json!({ "sets": [set] }));
+        let bank = headline_figures(Command::Train, &json!({ "sets": [set] }));
         assert_eq!(bank[1], ("sets.2m.train.error_reduction".into(), Some(0.5)));
         let path = "sets.2m.train.error_reduction";
         assert_eq!(at_path(&json!({ "sets": [set] }), path), Some(Some(0.5)));
@@ -252,7 +259,7 @@ mod tests {
             ]] },
             "landmarks": { "systems": [1], "cells": [["not_asked", { "done": { "precision": 0.7, "recall": 0.9 } }]] },
         });
-        let names: Vec<String> = headline(Command::Compare, &record)
+        let names: Vec<String> = headline_figures(Command::Compare, &record)
             .into_iter()
             .map(|(name, value)| format!("{name} = {value:?}"))
             .collect();

@@ -310,6 +310,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_a_file_names_elsewhere_does_not_come_along() {
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("inner");
+        std::fs::create_dir(&inner).unwrap();
+        std::fs::write(folder.path().join("secret.pgm"), "P5").unwrap();
+        std::fs::write(inner.join("m.yaml"), "image: ../secret.pgm\n").unwrap();
+        let fault = Input::read(&inner.join("m.yaml")).unwrap_err().to_string();
+        assert!(
+            fault.contains("m.yaml") && fault.contains("lies elsewhere"),
+            "{fault}"
+        );
+        let fault = Input::read(Path::new("/")).unwrap_err().to_string();
+        assert!(fault.contains("is the root"), "{fault}");
+    }
+
+    #[test]
     fn an_input_is_called_after_what_is_in_it_and_in_what_it_names() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);

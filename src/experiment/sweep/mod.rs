@@ -29,7 +29,7 @@ pub use cell::{Base, Cell, VERSION};
 pub use collect::{Collected, collect_results};
 pub use command::Command;
 pub use config::SweepConfig;
-pub use figures::at_path;
+pub use figures::{at_path, headline_figures};
 pub use folder::Sweep;
 pub use inputs::{Input, InputFile};
 pub use memory::{ASSUMED_BYTES, available_bytes, fits};

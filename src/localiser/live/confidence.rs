@@ -47,14 +47,19 @@ impl LiveLocaliser {
         belief.expected_error_m(belief.places(), mode)
     }
 
-    /// How well the belief predicts what is sensed, in nats: the short-term mean of ln [P(z | belief) / P(z | anywhere on the grid)]
-    /// over the last observations z; 0 before the first one.
+    /// How well the mode explains what was sensed, in nats: the mean of ln [P(z | where the robot was then, if it is at the mode now) / P(z | anywhere
+    /// on the grid)] over the last observations z, later ones counting more ([`LostConfig::short`](crate::localiser::LostConfig)); 0 before the first
+    /// one.
     ///
-    /// As long as the robot is where it believes, the belief predicts better than knowing nothing, and the mean is above 0. A
+    /// As long as the robot is where it believes, that explains better than any place would, and the mean is above 0. A
     /// robot that was carried away, or has left the map, is sure of places where it is not; there its sensors contradict it
     /// again and again, and the mean falls below 0.
-    pub fn predicts(&self) -> f64 {
-        self.prediction.mean()
+    pub fn explains(&self) -> f64 {
+        self.lost.mean(&self.ratios())
+    }
+
+    fn ratios(&self) -> Vec<f64> {
+        self.hindsight.ratios(self.grid(), self.belief().mode())
     }
 
     /// Between 0 and 1, how much speaks for the mode being more than 1 m from the truth
@@ -63,7 +68,7 @@ impl LiveLocaliser {
     /// and prints the constants that a recording's validation part asks for (`confidence.score` in its JSON);
     /// [`LiveConfig::lost`](super::LiveConfig::lost) takes them.
     pub fn lost_score(&self) -> f64 {
-        self.lost.score(self.mass_within(NEAR_M), &self.prediction)
+        self.lost.score(self.mass_within(NEAR_M), &self.ratios())
     }
 
     /// Is the robot lost, by [`LiveLocaliser::lost_score`] and the threshold of [`LostConfig`](crate::localiser::LostConfig)?

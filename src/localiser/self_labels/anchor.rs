@@ -1,11 +1,12 @@
 //! Anchors: snapshots that correct the belief, and how much speaks against where it has them.
 
+use super::prediction::{Explained, Prediction};
 use crate::{
     belief::{Belief, smoothing::Moment},
     geometry::{Pose, wrapped},
     localiser::{
         live::LEAST_MODE,
-        lost::{Explained, LostConfig, NEAR_M, Prediction},
+        lost::{LostConfig, NEAR_M},
     },
 };
 use std::f64::consts::FRAC_PI_2;

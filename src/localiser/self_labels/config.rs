@@ -45,7 +45,7 @@ pub struct SelfLabelConfig {
     pub gate: f64,
     /// What the score is of: the whole run, all of whose labels with one mode are then kept or none, or the label's own moment.
     pub gate_over: GateOver,
-    /// What makes the score; its `threshold` is not asked.
+    /// What makes the score, of how well the belief of all other observations predicts each; its `threshold` is not asked.
     pub lost: LostConfig,
     /// Cells of the map.
     pub grid: GridConfig,
@@ -61,7 +61,13 @@ impl Default for SelfLabelConfig {
             from: LabelsFrom::default(),
             gate: 0.1,
             gate_over: GateOver::default(),
-            lost: LostConfig::default(),
+            // Here r is what the belief of all other observations predicts of each, and needs other constants.
+            lost: LostConfig {
+                short: 0.4,
+                base: 1.0,
+                slope: 3.0,
+                ..LostConfig::default()
+            },
             grid: GridConfig::default(),
             beyond_m: 5.0,
         }
