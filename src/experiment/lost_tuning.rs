@@ -143,6 +143,9 @@ fn nats(points: &[Point], config: &LostConfig) -> f64 {
     points.iter().map(of_point).sum::<f64>() / points.len().max(1) as f64
 }
 
+/// Who has a tenth of the belief or less near the estimate is lost, even if on the validation part all who had so little were right.
+const MOST_THRESHOLD: f64 = 0.9;
+
 /// The threshold that finds most of the lost for the false alarms that it gives (Youden, *Index for rating diagnostic tests*, Cancer
 /// 3, 1950), in the middle between two scores, so that where a gap parts the lost from the others it is not at its edge; the usual one where there
 /// are no lost steps, or no others.
@@ -168,7 +171,7 @@ fn threshold(points: &[Point], config: &LostConfig) -> f64 {
     }
     // NaN and what is no threshold of a probability
     match lost > 0.0 && found > 0.0 && best.1 > 0.0 && best.1 < 1.0 {
-        true => best.1,
+        true => best.1.min(MOST_THRESHOLD),
         false => usual,
     }
 }
@@ -270,5 +273,10 @@ mod tests {
         .to_vec();
         assert!((threshold(&points, &config) - 0.575).abs() < 1e-9);
         assert_eq!(threshold(&points[5..], &config), 0.5);
+        let far_apart = [points[0].clone(), points[6].clone()].map(|point| Point {
+            near_mass: if point.is_lost { 0.01 } else { 0.05 },
+            ..point
+        });
+        assert_eq!(threshold(&far_apart, &config), MOST_THRESHOLD);
     }
 }

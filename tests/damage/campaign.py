@@ -269,8 +269,10 @@ def main():
         tasks = [(reader, arguments.first + n) for n in range(each) for reader in readers]
         began = time.monotonic()
         with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-            for _ in pool.map(judge.one, tasks):
-                pass
+            # A few at a time: a child's greatest memory is at least this process's own, from before it became `ballmark`.
+            for first in range(0, len(tasks), 1000):
+                for _ in pool.map(judge.one, tasks[first : first + 1000]):
+                    pass
     for reader, statuses in judge.statuses.items():
         print(f"{reader:12} " + ", ".join(f"{count} × status {code}" for code, count in sorted(statuses.items())))
     print(f"{len(tasks)} damaged files, {len(readers)} readers, {time.monotonic() - began:.0f} s: {len(judge.faults)} faults")
