@@ -113,14 +113,21 @@ fn run(folder: &Path, arguments: &[&str]) -> Result<Taken, String> {
     let start = Instant::now();
     let mut command = Command::new(env!("CARGO_BIN_EXE_ballmark"));
     command.args(arguments).current_dir(folder);
-    let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    let said = folder.join("said.txt");
+    let stderr = fs::File::create(&said).map_err(|e| e.to_string())?;
+    let child = command.stdout(Stdio::null()).stderr(stderr).spawn();
     let mut child = child.map_err(|e| e.to_string())?;
     let mut peak_kib = 0.0;
     loop {
         peak_kib = f64::max(peak_kib, greatest_kib(&child).unwrap_or(0.0));
         match child.try_wait().map_err(|e| e.to_string())? {
             Some(status) if status.success() => break,
-            Some(status) => return Err(format!("`ballmark {}`: {status}", arguments.join(" "))),
+            Some(status) => {
+                let said = fs::read_to_string(&said).unwrap_or_default();
+                let last = said.lines().last().unwrap_or_default();
+                let called = arguments.join(" ");
+                return Err(format!("`ballmark {called}`: {status}: {last}"));
+            }
             None => thread::sleep(WATCHED_EVERY),
         }
     }

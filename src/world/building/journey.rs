@@ -149,9 +149,10 @@ pub(crate) enum Spacing {
     AtPoses,
 }
 
-/// Most runs, since each one's plan is held while it is driven, and most snapshots: far beyond any use.
+/// Most runs, since each one's plan is held while it is driven, and most snapshots, a day's drive at 100 Hz: a mistyped number should end in a
+/// message.
 const MAX_RUNS: usize = 10_000;
-pub(crate) const MAX_SNAPSHOTS: usize = 1_000_000;
+pub(crate) const MAX_SNAPSHOTS: usize = 10_000_000;
 const MAX_LAPS: f64 = 1000.0;
 
 impl PathConfig {
