@@ -54,6 +54,9 @@ pub struct LabelRecord {
     pub snapshots: usize,
     /// Those whose labels were kept.
     pub kept: usize,
+    /// Those that the robot believed to be beyond the map ([`SelfLabel::beyond`]), of which none is kept unless the gate is open.
+    #[serde(default)]
+    pub beyond: usize,
     /// Errors of the labels that were kept; none where there are none, or the truth lies in another frame than the map.
     pub errors: Option<LabelErrors>,
     /// Of all labels, kept or not.
@@ -138,6 +141,7 @@ pub fn judged(labels: &[SelfLabel], recording: &Recording, map: &Places) -> Labe
     LabelRecord {
         snapshots: labels.len(),
         kept: labels.iter().filter(|label| label.kept).count(),
+        beyond: labels.iter().filter(|label| label.beyond).count(),
         errors: errors(false),
         errors_of_all: errors(true),
     }

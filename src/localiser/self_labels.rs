@@ -54,6 +54,8 @@ pub struct SelfLabel {
     pub score: f64,
     /// Did it pass the gate?
     pub kept: bool,
+    /// Is the place, or one next to it on the way, believed to be beyond the map?
+    pub beyond: bool,
 }
 
 /// A known start: a Gaussian about a pose.
@@ -204,15 +206,16 @@ fn labels_of_run(
     let in_plane = labeller
         .route_m
         .map(|route_m| RouteInPlane::new(labeller.pose, route_m));
-    let label = |place: Pose, score: f64, kept: bool| SelfLabel {
+    let label = |place: Pose, score: f64, ends: &[usize]| SelfLabel {
         pose: in_plane.as_ref().map_or(place, |route| route.at(place.x_m)),
         route_m: in_plane.as_ref().map(|_| place.x_m),
         score,
-        kept,
+        kept: ends.iter().all(|&end| passes(end)),
+        beyond: ends.iter().any(|&end| !found[end].is_mapped),
     };
     let mut labels = Vec::with_capacity(run.len());
     for (i, anchor) in found.iter().enumerate() {
-        labels.push(label(anchor.place, scores[i], passes(i)));
+        labels.push(label(anchor.place, scores[i], &[i]));
         let end = found.get(i + 1).map_or(run.end, |next| next.snapshot);
         let on_the_way: Vec<Pose> = (anchor.snapshot..end).map(odometry).collect();
         let next = found
@@ -221,8 +224,7 @@ fn labels_of_run(
         let places = between(anchor.place, &on_the_way, next, in_plane.is_some());
         let ends = [i, (i + 1).min(found.len() - 1)];
         let score = ends.map(|end| scores[end]).into_iter().fold(0.0, f64::max);
-        let kept = ends.into_iter().all(passes);
-        labels.extend(places.into_iter().map(|place| label(place, score, kept)));
+        labels.extend(places.into_iter().map(|place| label(place, score, &ends)));
     }
     Ok(labels)
 }

@@ -20,6 +20,7 @@ pub fn table(rows: &[AdaptationRow]) -> Table {
         "dataset",
         "snapshots",
         "kept %",
+        "beyond %",
         "median m",
         "95 % m",
         ">1 m %",
@@ -37,12 +38,13 @@ pub fn table(rows: &[AdaptationRow]) -> Table {
         let of_kept = |get: fn(&LabelErrors) -> f64, decimals| {
             Cell::number(labels.errors.as_ref().map(get), decimals)
         };
-        let kept = 100.0 * labels.kept as f64 / labels.snapshots as f64;
+        let share = |count: usize| 100.0 * count as f64 / labels.snapshots as f64;
         let all = labels.errors_of_all.map(|all| 100.0 * all.beyond_1m);
         let mut cells = vec![
             Cell::Text(dataset.clone()),
             Cell::Count(labels.snapshots as u64),
-            Cell::number(Some(kept), 1),
+            Cell::number(Some(share(labels.kept)), 1),
+            Cell::number(Some(share(labels.beyond)), 1),
             of_kept(|errors| errors.median_m, 2),
             of_kept(|errors| errors.p95_m, 2),
             of_kept(|errors| 100.0 * errors.beyond_1m, 1),
@@ -54,10 +56,9 @@ pub fn table(rows: &[AdaptationRow]) -> Table {
         }));
         table.row(cells);
     }
-    table.caption("kept % = snapshots whose own label passed the gate; median, 95 %, >1 m: errors of these labels;");
-    table.caption(
-        "  all >1 m %: of all labels; the poses of a dataset are looked at for this alone",
-    );
+    table.caption("kept % = snapshots whose own label passed the gate; beyond %: those believed to be beyond the map;");
+    table.caption("median, 95 %, >1 m: errors of the labels kept; all >1 m %: of all labels;");
+    table.caption("  the poses of a dataset are looked at for these alone");
     table.caption("added, forgotten: snapshots of the map; steps: of training");
     table
 }

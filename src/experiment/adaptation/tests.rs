@@ -62,10 +62,11 @@ fn what_is_kept_is_right_and_comes_into_the_map() {
     let LabelRecord {
         snapshots,
         kept,
+        beyond,
         errors,
         errors_of_all,
     } = adapted.labels;
-    assert_eq!(snapshots, run.len());
+    assert_eq!((snapshots, beyond), (run.len(), 0)); // a route has no beyond
     assert!(2 * kept > snapshots, "{kept} of {snapshots}");
     let (errors, all) = (errors.unwrap(), errors_of_all.unwrap());
     assert!(

@@ -151,6 +151,7 @@ impl Robot {
                     route_m: day.route_m().map(|route| route[k]),
                     score: 0.0,
                     kept: true,
+                    beyond: false,
                 });
                 self.take_in(day, &truth.collect::<Vec<_>>(), &own)
             }

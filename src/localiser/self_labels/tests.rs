@@ -256,5 +256,8 @@ fn who_goes_beyond_the_map_is_not_laid_over_it() {
     assert!(worst_m(&beyond) < 1.0, "{}", worst_m(&beyond));
     for (label, truth) in beyond.iter().zip(&way) {
         assert!(!(label.kept && truth.y_m > 1.5), "{label:?} {truth:?}");
+        assert!(label.beyond || truth.y_m <= 1.5, "{label:?} {truth:?}");
     }
+    assert!(beyond[..10].iter().all(|label| !label.beyond)); // before it enters the room
+    assert!(within.iter().all(|label| !label.beyond));
 }
