@@ -14,7 +14,7 @@ use crate::{
     geometry::Pose,
     localiser::{
         BayesLocaliser, Localiser, PreparedSensorModel, Step,
-        sensor_model::{EvidenceScale, Scaled},
+        sensor_model::{EvidenceScale, Memory, Remembered, Scaled},
     },
     recording::Recording,
     seed::Seed,
@@ -144,8 +144,10 @@ impl Sequences<'_> {
     /// # Errors
     /// Where the sensor model fails.
     pub fn tuned(&self, sensor: &dyn PreparedSensorModel, seed: Seed) -> Result<f64> {
+        let memory = Memory::default();
+        let sensor = Remembered::new(sensor, &memory);
         best(&SCALES, |scale| {
-            self.negative_log_likelihood(sensor, EvidenceScale::of(scale), seed)
+            self.negative_log_likelihood(&sensor, EvidenceScale::of(scale), seed)
         })
     }
 

@@ -17,7 +17,7 @@ use crate::{
     error::{Error, Result},
     localiser::{
         BayesLocaliser, LostConfig, PreparedSensorModel,
-        sensor_model::{EvidenceScale, Scaled},
+        sensor_model::{EvidenceScale, Memory, Remembered, Scaled},
     },
     score::{Auroc, ClusteredMean},
 };
@@ -95,10 +95,12 @@ pub(super) fn kidnapped(
     };
     let jumps = drawn(trials, context, after_m)?;
     on_unseen(method, context, |sensor| {
+        let memory = Memory::default(); // every jump is played three times
+        let sensor = Remembered::new(sensor, &memory);
         let play = Play {
             method,
             context,
-            sensor,
+            sensor: &sensor,
             scale: scale.unwrap_or(EvidenceScale::of(1.0)),
             lost,
         };

@@ -36,6 +36,7 @@ use super::{
 use crate::{
     belief::Places,
     error::{Error, Result},
+    localiser::sensor_model::Memory,
     model::{Model, ModelBank},
     score::ClusteredMean,
 };
@@ -201,7 +202,8 @@ fn played(
     watch: Option<&mut Watch>,
 ) -> Result<Played> {
     let scale = evidence_scale(&method, context)?;
-    let play = |known_start: bool| answers(&method, trials, context, scale, known_start);
+    let memory = Memory::default(); // snapshots are asked in trials of both kinds, and one by one
+    let play = |known: bool| answers(&method, trials, context, scale, known, &memory);
     let (anywhere, known) = (play(false)?, play(true)?);
     let step = step_time(&method, trials, context, scale)?;
     let (global, tracking) = (
@@ -211,7 +213,8 @@ fn played(
     );
     let (resamples, seed) = (context.config.resamples, context.seed());
     let heading = heading_success(trials, &anywhere, resamples, seed);
-    let recalled = recalled(&method, context, scale)?;
+    let recalled = recalled(&method, context, scale, &memory)?;
+    drop(memory);
     let within = |metres: f64| {
         let hits: Vec<(usize, bool)> = recalled
             .iter()

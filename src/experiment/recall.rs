@@ -10,7 +10,7 @@ use crate::{
     error::Result,
     localiser::{
         PreparedSensorModel,
-        sensor_model::{EvidenceScale, Scaled},
+        sensor_model::{EvidenceScale, Memory, Remembered, Scaled},
     },
 };
 use rayon::prelude::*;
@@ -61,7 +61,8 @@ fn recall(context: &MethodContext, sensor: &dyn PreparedSensorModel) -> Result<V
     asked.par_iter().map(answer).collect()
 }
 
-/// What single snapshots say of the place, each on its own; nothing of a method that is no sensor model.
+/// What single snapshots say of the place, each on its own; nothing of a method that is no sensor model. `memory` is of its sensor model on the unseen
+/// part alone.
 ///
 /// # Errors
 /// Where the sensor model fails.
@@ -69,11 +70,15 @@ pub fn recalled(
     method: &Method,
     context: &MethodContext,
     scale: Option<EvidenceScale>,
+    memory: &Memory,
 ) -> Result<Vec<Recalled>> {
     let Some(scale) = scale else {
         return Ok(Vec::new());
     };
-    let ask = |sensor: &dyn PreparedSensorModel| recall(context, &Scaled::new(sensor, scale));
+    let ask = |sensor: &dyn PreparedSensorModel| {
+        let sensor = Remembered::new(sensor, memory);
+        recall(context, &Scaled::new(&sensor, scale))
+    };
     match &method.answers {
         AnswersBy::Odometry
         | AnswersBy::Localiser(_)

@@ -15,14 +15,14 @@ use crate::{
     geometry::Pose,
     localiser::{
         BayesLocaliser, Estimate, Localiser, PreparedSensorModel, Step,
-        sensor_model::{EvidenceScale, Scaled},
+        sensor_model::{EvidenceScale, Memory, Remembered, Scaled},
     },
     seed::Stream,
 };
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// What a method answers in every trial.
+/// What a method answers in every trial; `memory` is of its sensor model on the unseen part alone.
 ///
 /// # Errors
 /// Where the method could not be made, or fails.
@@ -32,8 +32,11 @@ pub(super) fn answers(
     context: &MethodContext,
     scale: Option<EvidenceScale>,
     known_start: bool,
+    memory: &Memory,
 ) -> Result<Vec<Answers>> {
     let sensor = |sensor: Option<&dyn PreparedSensorModel>| {
+        let sensor = sensor.map(|sensor| Remembered::new(sensor, memory));
+        let sensor = sensor.as_ref().map(|s| s as &dyn PreparedSensorModel);
         let scaled = scaled_sensor(sensor, scale);
         let filter = Filter {
             context,

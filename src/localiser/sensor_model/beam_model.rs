@@ -13,9 +13,10 @@ use crate::{
     recording::{Channel, Observation, check_width},
     seed::Stream,
 };
-use mixture::{Measured, Mixture};
+use mixture::{Measured, Mixture, Within};
 use ndarray::Array2;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// ln p(z | ξ) of a scan by the beam model (Thrun, Burgard & Fox, *Probabilistic Robotics*, 2005, table 6.1) against scans
 /// [rendered](Renderer) from an occupancy map at the cells of a grid, or at places of which poses are known.
@@ -45,12 +46,16 @@ pub struct BeamModel {
     channels: Vec<Channel>,
     beams: Vec<RangeBeam>,
     mixtures: Vec<Mixture>,
-    /// Rendered ranges, `[pose, beam]`: how many `step_m`, or [`FREE`], or [`UNKNOWN`].
+    /// Of each beam, what may be expected of it: every stored range, then free, then unknown.
+    expected: Vec<Expected>,
+    /// Rendered ranges, `[pose, beam]`: the number of the step, or [`FREE`], or [`UNKNOWN`].
     rendered: Array2<u16>,
-    step_m: f64,
     /// Poses of each place, from one of these to the next; `None`: one each.
     first_pose: Option<Vec<usize>>,
 }
+
+/// What may be expected of a beam, and what its terms have within their ends there.
+type Expected = Arc<[(Rendered, Within)]>;
 
 const FREE: u16 = u16::MAX - 1;
 const UNKNOWN: u16 = u16::MAX;
@@ -134,10 +139,10 @@ impl BeamModel {
         };
         Ok(Self {
             channels: channels.to_vec(),
+            expected: by_reach(config, &most_m, step_m),
             mixtures: most_m.iter().map(|&m| Mixture::new(config, m)).collect(),
             rendered: renderer.at_all_as(poses, stored),
             beams,
-            step_m,
             first_pose,
         })
     }
@@ -166,12 +171,8 @@ impl BeamModel {
     /// ln p of a beam's reading at every stored range, then where it is free, then where it is unknown.
     fn table(&self, beam: usize, measured: Measured) -> Vec<f32> {
         let mixture = &self.mixtures[beam];
-        let ranges = (mixture.most_m() / self.step_m).ceil() as u16 + 1;
-        let middle_m = |i: u16| ((f64::from(i) + 0.5) * self.step_m) as f32;
-        (0..ranges)
-            .map(|i| Rendered::Hit(middle_m(i)))
-            .chain([Rendered::Free, Rendered::Unknown(0.0)])
-            .map(|expected| mixture.probability(measured, expected).ln() as f32)
+        let each = self.expected[beam].iter();
+        each.map(|(expected, within)| mixture.probability(measured, *expected, *within).ln() as f32)
             .collect()
     }
 
@@ -195,6 +196,25 @@ impl BeamModel {
         }
         Ok(())
     }
+}
+
+/// What may be expected of beams that see so far; those that see as far as each other share it.
+fn by_reach(config: &BeamModelConfig, most_m: &[f64], step_m: f64) -> Vec<Expected> {
+    let mut known: Vec<(f64, Expected)> = Vec::new();
+    let mut of_beam = |&most_m: &f64| {
+        if let Some((_, same)) = known.iter().find(|(other_m, _)| *other_m == most_m) {
+            return Arc::clone(same);
+        }
+        let mixture = Mixture::new(config, most_m);
+        let ranges = (most_m / step_m).ceil() as u16 + 1;
+        let middle_m = |i: u16| ((f64::from(i) + 0.5) * step_m) as f32;
+        let expected = (0..ranges).map(|i| Rendered::Hit(middle_m(i)));
+        let expected = expected.chain([Rendered::Free, Rendered::Unknown(0.0)]);
+        let each: Arc<[_]> = expected.map(|e| (e, mixture.within(e))).collect();
+        known.push((most_m, Arc::clone(&each)));
+        each
+    };
+    most_m.iter().map(&mut of_beam).collect()
 }
 
 impl SensorModel for BeamModel {
@@ -252,6 +272,10 @@ impl SensorModel for BeamModel {
                 known.into_iter().map(or_neutral).collect()
             }
         })
+    }
+
+    fn depends_on_belief(&self) -> bool {
+        false
     }
 }
 

@@ -77,6 +77,10 @@ impl PreparedSensorModel for PreparedEveryPose {
         };
         answer(&self.map, &activation.to_vec(), belief)
     }
+
+    fn depends_on_belief(&self) -> bool {
+        false
+    }
 }
 
 fn answer(map: &CodeMap, activation: &[f32], belief: &Belief) -> Result<Vec<f64>> {

@@ -104,6 +104,12 @@ impl PreparedSensorModel for PreparedProduct<'_> {
         });
         sum(belief, each)
     }
+
+    fn depends_on_belief(&self) -> bool {
+        self.factors
+            .iter()
+            .any(|(model, _)| model.depends_on_belief())
+    }
 }
 
 /// The sum of log-likelihoods, cell by cell.

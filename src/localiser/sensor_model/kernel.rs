@@ -150,6 +150,10 @@ impl PreparedSensorModel for PreparedKernel {
         };
         self.weighting.log_likelihood(self.square.row(row), belief)
     }
+
+    fn depends_on_belief(&self) -> bool {
+        false
+    }
 }
 
 /// How distances become likelihoods.

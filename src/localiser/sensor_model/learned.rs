@@ -112,4 +112,8 @@ impl PreparedSensorModel for PreparedFeatures {
         self.evidence
             .log_likelihood(&activation, &self.map, belief, stream)
     }
+
+    fn depends_on_belief(&self) -> bool {
+        !matches!(self.evidence, Evidence::MeanField | Evidence::Likelihood)
+    }
 }

@@ -118,6 +118,10 @@ impl SensorModel for LikelihoodFieldModel {
             }
         })
     }
+
+    fn depends_on_belief(&self) -> bool {
+        false
+    }
 }
 
 #[cfg(test)]

@@ -49,6 +49,7 @@ pub mod kernel;
 pub mod learned;
 pub mod likelihood_field;
 mod of_model;
+pub mod remembered;
 pub mod signal_field;
 
 pub use bank::{Bank, BankChoice, BankSet, ChosenBy};
@@ -62,6 +63,7 @@ pub use kernel::{PreparedKernel, RawKernel, least_mean_squares};
 pub use learned::{LearnedFeatures, PreparedFeatures};
 pub use likelihood_field::LikelihoodFieldModel;
 pub(super) use of_model::{scale_of, sensor_of};
+pub use remembered::{Memory, Remembered};
 pub use signal_field::SignalFieldModel;
 
 use crate::{
@@ -92,6 +94,12 @@ pub trait SensorModel: Send + Sync {
         belief: &Belief,
         stream: &mut Stream,
     ) -> Result<Vec<f64>>;
+
+    /// Does what it says of an observation depend on the belief, or on random numbers? If not, it need not be asked again about an observation
+    /// that is played again ([`Remembered`]).
+    fn depends_on_belief(&self) -> bool {
+        true
+    }
 
     /// Gets ready to answer for these snapshots of a recording, and may work on them all at once. As it stands, it asks
     /// [`SensorModel::log_likelihood`] for each when its turn comes. It may work from [`Recording::observation`] alone, never
@@ -125,6 +133,11 @@ pub trait PreparedSensorModel: Send + Sync {
         belief: &Belief,
         stream: &mut Stream,
     ) -> Result<Vec<f64>>;
+
+    /// As [`SensorModel::depends_on_belief`].
+    fn depends_on_belief(&self) -> bool {
+        true
+    }
 }
 
 /// A recording's snapshots, each answered by a sensor model when it is asked for; `model` borrows it or shares it.
@@ -144,6 +157,10 @@ impl<M: Deref<Target: SensorModel> + Send + Sync> PreparedSensorModel for OneByO
     ) -> Result<Vec<f64>> {
         let observation = self.recording.observation(snapshot);
         self.model.log_likelihood(&observation, belief, stream)
+    }
+
+    fn depends_on_belief(&self) -> bool {
+        self.model.depends_on_belief()
     }
 }
 

@@ -138,6 +138,10 @@ impl SensorModel for SignalFieldModel {
             recording,
         }))
     }
+
+    fn depends_on_belief(&self) -> bool {
+        false
+    }
 }
 
 /// [`SignalFieldModel`] with a recording before it.
@@ -151,5 +155,9 @@ impl PreparedSensorModel for PreparedSignalField<'_> {
     fn log_likelihood(&self, snapshot: usize, belief: &Belief, _: &mut Stream) -> Result<Vec<f64>> {
         let values = self.recording.observation(snapshot).values;
         self.model.of_values(values, &self.columns, belief)
+    }
+
+    fn depends_on_belief(&self) -> bool {
+        false
     }
 }

@@ -99,6 +99,13 @@ pub(super) enum Measured {
     Max,
 }
 
+/// Shares of the terms of a beam that lie where it can read something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Within {
+    hit: f64,
+    short: f64,
+}
+
 /// p(z | z*) of a beam that sees no farther than `most_m`.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Mixture {
@@ -130,17 +137,37 @@ impl Mixture {
         self.most_m
     }
 
+    /// What the two terms that end somewhere have within their ends, whatever is measured.
+    pub(super) fn within(&self, expected: Rendered) -> Within {
+        let until_m = match expected {
+            Rendered::Hit(expected_m) => f64::from(expected_m),
+            Rendered::Free | Rendered::Unknown(_) => self.most_m,
+        };
+        let below = |m: f64| 0.5 * (1.0 + erf((m - until_m) / self.deviation_m / SQRT_2));
+        Within {
+            hit: below(self.most_m) - below(0.0),
+            short: 1.0 - (-self.rate_per_m * until_m).exp(),
+        }
+    }
+
     /// A density per metre of a range, a probability of none (the book takes both as densities, one of them a narrow one:
     /// for places compared by the same reading it is all one).
     ///
     /// A beam that the map says nothing about may hit something at any range alike: a place is not worse than others because
     /// little of what it sees was mapped.
-    pub(super) fn probability(&self, measured: Measured, expected: Rendered) -> f64 {
+    pub(super) fn probability(
+        &self,
+        measured: Measured,
+        expected: Rendered,
+        within: Within,
+    ) -> f64 {
         match measured {
             Measured::Range(z_m) => {
                 // (6.4) to (6.6)
                 let p_hit = match expected {
-                    Rendered::Hit(expected_m) => self.gaussian(z_m, f64::from(expected_m)),
+                    Rendered::Hit(expected_m) => {
+                        self.gaussian(z_m, f64::from(expected_m), within.hit)
+                    }
                     Rendered::Free => 0.0,
                     // Whatever it hits may be anywhere.
                     Rendered::Unknown(_) => 1.0 / self.most_m,
@@ -150,7 +177,10 @@ impl Mixture {
                     Rendered::Hit(expected_m) => f64::from(expected_m),
                     Rendered::Free | Rendered::Unknown(_) => self.most_m,
                 };
-                let p_short = self.exponential(z_m, until_m);
+                let p_short = match z_m > until_m {
+                    true => 0.0,
+                    false => self.exponential(z_m, within.short),
+                };
                 // (6.11)
                 let p_random = 1.0 / self.most_m;
                 self.hit * p_hit + self.short * p_short + self.random * p_random
@@ -164,20 +194,13 @@ impl Mixture {
     }
 
     /// N(z; z*, σ), of which what lies below 0 and beyond z_max is given to the rest.
-    fn gaussian(&self, z_m: f64, expected_m: f64) -> f64 {
-        let in_deviations = |m: f64| (m - expected_m) / self.deviation_m;
-        let below = |m: f64| 0.5 * (1.0 + erf(in_deviations(m) / SQRT_2));
-        let within = below(self.most_m) - below(0.0);
-        let d = in_deviations(z_m);
+    fn gaussian(&self, z_m: f64, expected_m: f64, within: f64) -> f64 {
+        let d = (z_m - expected_m) / self.deviation_m;
         (-0.5 * d * d).exp() / (self.deviation_m * (2.0 * PI).sqrt() * within)
     }
 
     /// λ exp(−λ z) up to z*, of which what lies beyond is given to the rest.
-    fn exponential(&self, z_m: f64, until_m: f64) -> f64 {
-        if z_m > until_m {
-            return 0.0;
-        }
-        let within = 1.0 - (-self.rate_per_m * until_m).exp();
+    fn exponential(&self, z_m: f64, within: f64) -> f64 {
         self.rate_per_m * (-self.rate_per_m * z_m).exp() / within
     }
 }
@@ -186,6 +209,10 @@ impl Mixture {
 mod tests {
     use super::*;
 
+    fn probability(mixture: &Mixture, measured: Measured, expected: Rendered) -> f64 {
+        mixture.probability(measured, expected, mixture.within(expected))
+    }
+
     #[test]
     fn ranges_and_missing_returns_share_all_probability() {
         let mixture = Mixture::new(&BeamModelConfig::default(), 8.0);
@@ -193,7 +220,7 @@ mod tests {
         let step_m = 8.0 / f64::from(steps);
         let over_ranges = |expected| -> f64 {
             let middles = (0..steps).map(|i| (f64::from(i) + 0.5) * step_m);
-            let each = middles.map(|z_m| mixture.probability(Measured::Range(z_m), expected));
+            let each = middles.map(|z_m| probability(&mixture, Measured::Range(z_m), expected));
             step_m * each.sum::<f64>()
         };
         for expected in [0.1, 2.0, 7.9]
@@ -201,7 +228,7 @@ mod tests {
             .into_iter()
             .chain([Rendered::Free, Rendered::Unknown(0.0)])
         {
-            let all = over_ranges(expected) + mixture.probability(Measured::Max, expected);
+            let all = over_ranges(expected) + probability(&mixture, Measured::Max, expected);
             assert!((all - 1.0).abs() < 1e-4, "{expected:?}: {all}");
         }
     }
@@ -222,13 +249,13 @@ mod tests {
         let p_hit = (-2f64).exp() / (0.5 * (2.0 * PI).sqrt());
         let p_short = 0.5 * (-1.5f64).exp() / (1.0 - (-2f64).exp());
         let by_hand = 0.6 * p_hit + 0.2 * p_short + 0.1 / 10.0;
-        let found = mixture.probability(Measured::Range(3.0), Rendered::Hit(4.0));
+        let found = probability(&mixture, Measured::Range(3.0), Rendered::Hit(4.0));
         assert!((found / by_hand - 1.0).abs() < 1e-9, "{found} {by_hand}");
         // Past the wall nothing is short.
         let by_hand = 0.6 * p_hit + 0.1 / 10.0;
-        let found = mixture.probability(Measured::Range(5.0), Rendered::Hit(4.0));
+        let found = probability(&mixture, Measured::Range(5.0), Rendered::Hit(4.0));
         assert!((found / by_hand - 1.0).abs() < 1e-9, "{found} {by_hand}");
-        assert!((mixture.probability(Measured::Max, Rendered::Free) - 0.7).abs() < 1e-12);
-        assert!((mixture.probability(Measured::Max, Rendered::Hit(4.0)) - 0.1).abs() < 1e-12);
+        assert!((probability(&mixture, Measured::Max, Rendered::Free) - 0.7).abs() < 1e-12);
+        assert!((probability(&mixture, Measured::Max, Rendered::Hit(4.0)) - 0.1).abs() < 1e-12);
     }
 }

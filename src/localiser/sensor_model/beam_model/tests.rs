@@ -92,7 +92,8 @@ fn every_cell_is_as_likely_as_the_formula_says() {
                 true => Measured::Max,
                 false => Measured::Range(f64::from(reading)),
             };
-            mixture.probability(measured, expected).ln()
+            let within = mixture.within(expected);
+            mixture.probability(measured, expected, within).ln()
         };
         let by_formula: f64 = renderer
             .at(pose)
