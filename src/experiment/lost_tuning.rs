@@ -14,7 +14,9 @@ use crate::{
     belief::{Belief, Places},
     error::Result,
     localiser::{
-        BayesLocaliser, LostConfig, PreparedSensorModel, lost::NEAR_M, sensor_model::EvidenceScale,
+        BayesLocaliser, LostConfig, PreparedSensorModel,
+        lost::NEAR_M,
+        sensor_model::{EvidenceScale, Memory, Remembered},
     },
     score::Auroc,
     seed::Seed,
@@ -30,6 +32,12 @@ struct Point {
     is_lost: bool,
     near_mass: f64,
     ratios: Vec<f64>,
+}
+
+impl Point {
+    fn score(&self, config: &LostConfig) -> f64 {
+        config.score(self.near_mass, &self.ratios)
+    }
 }
 
 /// The constants for a method; the usual ones where nothing can be validated, none where it is no filter with a sensor.
@@ -56,10 +64,12 @@ pub(super) fn tuned_lost(
     let carried = jumps(&trials, &places, |length_m| 0.5 * length_m, context.seed());
     let anywhere = Belief::uniform(context.grid.places())?;
     let fitted = on_validation(method, context, |sensor| {
-        let scaled = scaled_sensor(Some(sensor), scale);
+        let memory = Memory::default(); // each sequence is driven twice
+        let remembered = Remembered::new(sensor, &memory);
+        let scaled = scaled_sensor(Some(&remembered), scale);
         let sensor = scaled
             .as_ref()
-            .map_or(sensor, |s| s as &dyn PreparedSensorModel);
+            .map_or(&remembered as &dyn PreparedSensorModel, |s| s);
         let drives = trials.iter().map(|trial| vec![trial]);
         let drives = drives.chain(carried.iter().map(|jump| vec![&jump.before, &jump.after]));
         let drives: Vec<_> = drives.collect();
@@ -87,7 +97,8 @@ pub(super) fn tuned_lost(
     Ok(fitted.or(usual))
 }
 
-/// The constants by which steps without and with a jump are told apart best, both counting alike; and the threshold that tells best.
+/// The constants by which steps without and with a jump are told apart best, both counting alike as long as nobody who is not carried away pays for
+/// those who are ([`PRICE`]); and the threshold that tells best.
 ///
 /// Likelihood alone would do worse: steps after a jump are many, and most of a validation part's others are right.
 fn fitted(anywhere: &[Point], carried: &[Point]) -> LostConfig {
@@ -100,33 +111,36 @@ fn fitted(anywhere: &[Point], carried: &[Point]) -> LostConfig {
     };
     let shapes = BASES.iter().flat_map(|&b| SLOPES.map(|s| (b, s)));
     let grid = shapes.flat_map(|(b, s)| SHORTS.map(|short| of(short, b, s)));
+    let all = [anywhere, carried].concat();
+    let by_mass = area(anywhere, |point| 1.0 - point.near_mass);
     let merit = |config: &LostConfig| {
-        let areas = [anywhere, carried].map(|points| area(points, config));
-        areas.iter().sum::<f64>() - LIKELIHOOD * nats(&[anywhere, carried].concat(), config)
+        let areas = [anywhere, carried].map(|points| area(points, |point| point.score(config)));
+        let paid = (by_mass - areas[0]).max(0.0);
+        areas.iter().sum::<f64>() - PRICE * paid - LIKELIHOOD * nats(&all, config)
     };
     let first = (usual.clone(), merit(&usual));
     let (mut best, _) = grid.fold(first, |best, config| match merit(&config) {
         merit if merit > best.1 => (config, merit),
         _ => best,
     });
-    best.threshold = threshold(&[anywhere, carried].concat(), &best);
+    best.threshold = threshold(&all, &best);
     best
 }
 
 /// Weights of the newest observation, bases and slopes that are tried. No slope of 0, by which nobody would notice that he was carried away.
 const SHORTS: [f64; 4] = [0.2, 0.3, 0.5, 0.8];
-const BASES: [f64; 7] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0];
+const BASES: [f64; 8] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 6.0];
 const SLOPES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 3.0];
 
 /// What a nat a step counts beside an area of 1: it decides between constants that tell alike.
 const LIKELIHOOD: f64 = 0.02;
 
-/// How well the score tells the lost steps; 1/2 where there are none, or no others.
-fn area(points: &[Point], config: &LostConfig) -> f64 {
-    let scored = points.iter().map(|point| {
-        let score = config.score(point.near_mass, &point.ratios);
-        (0, point.is_lost, score)
-    });
+/// What an area counts that is lost against the mass alone where nobody is carried away, which is what robots meet on most days.
+const PRICE: f64 = 5.0;
+
+/// How well a score tells the lost steps; 1/2 where there are none, or no others.
+fn area(points: &[Point], score: impl Fn(&Point) -> f64) -> f64 {
+    let scored = points.iter().map(|point| (0, point.is_lost, score(point)));
     let auroc = Auroc::of(&scored.collect::<Vec<_>>(), 0, Seed(0));
     auroc.map_or(0.5, |auroc| auroc.value)
 }
@@ -135,9 +149,7 @@ fn area(points: &[Point], config: &LostConfig) -> f64 {
 fn nats(points: &[Point], config: &LostConfig) -> f64 {
     const LEAST: f64 = 1e-6;
     let of_point = |point: &Point| {
-        let lost = config
-            .score(point.near_mass, &point.ratios)
-            .clamp(LEAST, 1.0 - LEAST);
+        let lost = point.score(config).clamp(LEAST, 1.0 - LEAST);
         -(if point.is_lost { lost } else { 1.0 - lost }).ln()
     };
     points.iter().map(of_point).sum::<f64>() / points.len().max(1) as f64
@@ -153,8 +165,8 @@ fn threshold(points: &[Point], config: &LostConfig) -> f64 {
     let usual = LostConfig::default().threshold;
     let lost = points.iter().filter(|point| point.is_lost).count() as f64;
     let found = points.len() as f64 - lost;
-    let score = |point: &Point| config.score(point.near_mass, &point.ratios);
-    let mut scores: Vec<(f64, bool)> = points.iter().map(|p| (score(p), p.is_lost)).collect();
+    let scores = points.iter().map(|p| (p.score(config), p.is_lost));
+    let mut scores: Vec<(f64, bool)> = scores.collect();
     scores.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (mut caught, mut alarms) = (0.0, 0.0);
     let mut best = (f64::NEG_INFINITY, usual);
@@ -216,8 +228,30 @@ mod tests {
             slope: 0.0,
             ..fitted.clone()
         };
+        let area = |points: &[Point], config| area(points, |point| point.score(config));
         assert!(area(&carried, &fitted) > area(&carried, &mass_alone) + 0.2);
-        assert!(area(&anywhere, &fitted) > area(&anywhere, &mass_alone) - 0.03);
+        assert!(area(&anywhere, &fitted) > area(&anywhere, &mass_alone) - 0.01);
+    }
+
+    /// A map that is wrong in places contradicts a robot that is where it believes: whoever weighs that less is no worse where nobody is carried
+    /// away, and hardly worse where somebody is.
+    #[test]
+    fn who_is_not_carried_away_does_not_pay() {
+        let mut stream = Seed(7).stream("price");
+        let mut point = |is_lost: bool, near_mass: f64, middle: f64| Point {
+            is_lost,
+            near_mass: near_mass + stream.random_range(-0.01..0.01),
+            ratios: vec![middle + stream.random_range(-1.0..1.0)],
+        };
+        let mut anywhere: Vec<Point> = (0..60).map(|_| point(true, 0.6, 1.0)).collect();
+        anywhere.extend((0..300).map(|_| point(false, 0.98, 2.0)));
+        anywhere.extend((0..200).map(|_| point(false, 0.98, -1.0)));
+        let mut carried: Vec<Point> = (0..300).map(|_| point(true, 0.98, -3.0)).collect();
+        carried.extend((0..300).map(|_| point(false, 0.98, 2.0)));
+        let fitted = fitted(&anywhere, &carried);
+        let area = |points: &[Point]| area(points, |point| point.score(&fitted));
+        assert!(area(&anywhere) > 0.99, "{} {fitted:?}", area(&anywhere));
+        assert!(area(&carried) > 0.99, "{} {fitted:?}", area(&carried));
     }
 
     /// Where one snapshot tells all, the newest counts most; where each tells little, many count.
