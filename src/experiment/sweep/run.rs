@@ -5,7 +5,7 @@ use super::{
     cell::Cell,
     folder::Sweep,
     memory::{ASSUMED_BYTES, available_bytes, fits},
-    scratch::clear_scratch,
+    scratch::clear_left_behind,
 };
 use crate::error::Result;
 use std::{
@@ -95,7 +95,7 @@ pub fn run_missing(
     progress: &mut dyn FnMut(Progress),
     is_cancelled: &dyn Fn() -> bool,
 ) -> Result<Ran> {
-    clear_scratch(sweep)?;
+    clear_left_behind(sweep)?;
     let done = sweep.done()?;
     let mut cells = sweep.cells()?;
     let planned = cells.len();

@@ -6,6 +6,7 @@ use crate::{
     storage,
 };
 use std::{
+    collections::HashSet,
     fs,
     path::{Path, PathBuf},
 };
@@ -68,11 +69,12 @@ impl Drop for Scratch {
     }
 }
 
-/// Takes away the scratch folders that killed processes left of a sweep's cells, those of cells that are done among them.
+/// Takes away what killed processes left of a sweep's cells: scratch folders, and locks of cells that nobody will run again, because they are
+/// done (who was killed between the two had written the result and held the lock) or of another plan.
 ///
 /// # Errors
-/// Where the sweep's folder isn't there any more.
-pub(super) fn clear_scratch(sweep: &Sweep) -> Result<()> {
+/// Where the sweep's folder isn't there any more, or can't be read.
+pub(super) fn clear_left_behind(sweep: &Sweep) -> Result<()> {
     let prefix = Scratch::prefix(sweep)?;
     let entries = std::env::temp_dir().read_dir();
     for entry in entries.into_iter().flatten().flatten() {
@@ -84,6 +86,18 @@ pub(super) fn clear_scratch(sweep: &Sweep) -> Result<()> {
         if let Ok(Some(_lock)) = Lock::take(&sweep.lock(cell)) {
             let _ = fs::remove_dir_all(entry.path());
         }
+    }
+    let locked = sweep.locked()?;
+    if locked.is_empty() {
+        return Ok(());
+    }
+    let done = sweep.done()?;
+    let cells = sweep.cells()?;
+    let to_run = cells.iter().map(|cell| &cell.name);
+    let to_run: HashSet<&String> = to_run.filter(|name| !done.contains(*name)).collect();
+    for name in locked.iter().filter(|name| !to_run.contains(name)) {
+        // Taken away with its file as soon as it is held.
+        let _ = Lock::take(&sweep.lock(name));
     }
     Ok(())
 }
