@@ -178,13 +178,16 @@ fn by_localiser(
     let snapshots: BTreeSet<usize> = trials.iter().flat_map(|t| &t.snapshots).copied().collect();
     let snapshots: Vec<usize> = snapshots.into_iter().collect();
     let player = localiser.prepare(run, &snapshots)?;
-    let play = |(number, trial): (usize, &Trial)| {
+    let no_idea = Belief::uniform(context.grid.places())?;
+    let play = |number: usize, trial: &Trial| {
         let start = run.poses()[trial.snapshots[0]];
         let start = (known_start && localiser.asks_for_the_start()).then_some(start);
-        player.play(&trial.snapshots, start, &mut stream(context, number))
+        let stream = &mut stream(context, number);
+        // Judged at once: the particles of all trials together are a gigabyte.
+        let steps = player.play(&trial.snapshots, start, stream)?;
+        judged_trial(trial, &steps, context, known_start, &no_idea)
     };
-    let steps: Result<Vec<Vec<Step>>> = trials.par_iter().enumerate().map(play).collect();
-    judged(trials, &steps?, context, known_start)
+    played(trials, play)
 }
 
 /// The answers of somebody who is no grid filter, held against the truth, one entry a trial.
@@ -194,54 +197,63 @@ pub(super) fn judged(
     context: &MethodContext,
     known_start: bool,
 ) -> Result<Vec<Answers>> {
-    let run = context.parts.run;
     let no_idea = Belief::uniform(context.grid.places())?;
     let all = trials.par_iter().zip(steps);
-    let judge = |(trial, steps): (&Trial, &Vec<Step>)| {
-        if steps.len() != trial.snapshots.len() {
-            return Err(Error::work(format!(
-                "{} answers to a trial of {} snapshots; expected one each",
-                steps.len(),
-                trial.snapshots.len()
-            )));
-        }
-        let mut answers = Answers {
-            end_confidence: steps.last().and_then(confidence),
-            end_heading_error_rad: steps.last().and_then(|step| {
-                let heading = step.heading_rad.filter(|_| is_answer(step))?;
-                let truth = &run.poses()[*trial.snapshots.last()?];
-                Some(turn_rad(heading, truth))
-            }),
-            ..Answers::default()
-        };
-        for (&k, step) in trial.snapshots.iter().zip(steps) {
-            let errors = errors_m(step, &run.poses()[k])?;
-            // Who has no answer knows nothing.
-            let (expected_m, point_m) = errors.unwrap_or_else(|| {
-                let error_m = no_idea.expected_error_m(&context.parts.places, k);
-                (error_m, error_m)
-            });
-            answers.expected_error_m.push(expected_m);
-            answers.point_error_m.push(point_m);
-            if known_start {
-                let place = estimate(step)?;
-                let pose = place.zip(step.heading_rad);
-                let pose = pose.map(|([x_m, y_m], heading)| Pose::new(x_m, y_m, heading));
-                answers.estimates.push(pose);
-            }
-            if !known_start && !step.posterior.is_empty() {
-                let truth = &run.poses()[k];
-                let (at, square_m) = ([truth.x_m, truth.y_m], context.grid.cell_m());
-                let likelier = likelier_mass_of_places(&step.posterior, at, square_m);
-                answers.likelier_mass.push(likelier);
-                let near = confidence(step).unwrap_or(0.0);
-                let sureness = &mut answers.sureness;
-                sureness.note_places(&step.posterior, near, at, square_m);
-            }
-        }
-        Ok(answers)
+    all.map(|(trial, steps)| judged_trial(trial, steps, context, known_start, &no_idea))
+        .collect()
+}
+
+/// The same of one trial; `no_idea` is what a robot without an answer believes.
+fn judged_trial(
+    trial: &Trial,
+    steps: &[Step],
+    context: &MethodContext,
+    known_start: bool,
+    no_idea: &Belief,
+) -> Result<Answers> {
+    let run = context.parts.run;
+    if steps.len() != trial.snapshots.len() {
+        return Err(Error::work(format!(
+            "{} answers to a trial of {} snapshots; expected one each",
+            steps.len(),
+            trial.snapshots.len()
+        )));
+    }
+    let mut answers = Answers {
+        end_confidence: steps.last().and_then(confidence),
+        end_heading_error_rad: steps.last().and_then(|step| {
+            let heading = step.heading_rad.filter(|_| is_answer(step))?;
+            let truth = &run.poses()[*trial.snapshots.last()?];
+            Some(turn_rad(heading, truth))
+        }),
+        ..Answers::default()
     };
-    all.map(judge).collect()
+    for (&k, step) in trial.snapshots.iter().zip(steps) {
+        let errors = errors_m(step, &run.poses()[k])?;
+        // Who has no answer knows nothing.
+        let (expected_m, point_m) = errors.unwrap_or_else(|| {
+            let error_m = no_idea.expected_error_m(&context.parts.places, k);
+            (error_m, error_m)
+        });
+        answers.expected_error_m.push(expected_m);
+        answers.point_error_m.push(point_m);
+        if known_start {
+            let place = estimate(step)?;
+            let pose = place.zip(step.heading_rad);
+            let pose = pose.map(|([x_m, y_m], heading)| Pose::new(x_m, y_m, heading));
+            answers.estimates.push(pose);
+        }
+        if !known_start && !step.posterior.is_empty() {
+            let truth = &run.poses()[k];
+            let (at, square_m) = ([truth.x_m, truth.y_m], context.grid.cell_m());
+            let likelier = likelier_mass_of_places(&step.posterior, at, square_m);
+            answers.likelier_mass.push(likelier);
+            let near = confidence(step).unwrap_or(0.0);
+            let sureness = &mut answers.sureness;
+            sureness.note_places(&step.posterior, near, at, square_m);
+        }
+    }
+    Ok(answers)
 }
 
 /// Is there an answer at all?
