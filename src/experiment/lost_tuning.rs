@@ -233,25 +233,34 @@ mod tests {
         assert!(area(&anywhere, &fitted) > area(&anywhere, &mass_alone) - 0.01);
     }
 
-    /// A map that is wrong in places contradicts a robot that is where it believes: whoever weighs that less is no worse where nobody is carried
-    /// away, and hardly worse where somebody is.
+    /// A map that is wrong in places contradicts a robot that is where it believes, as it does one that was carried away. Without a price the fit
+    /// would give some .05 of the area where nobody is carried away for more where somebody is.
     #[test]
-    fn who_is_not_carried_away_does_not_pay() {
+    fn who_is_not_carried_away_hardly_pays() {
         let mut stream = Seed(7).stream("price");
-        let mut point = |is_lost: bool, near_mass: f64, middle: f64| Point {
-            is_lost,
-            near_mass: near_mass + stream.random_range(-0.01..0.01),
-            ratios: vec![middle + stream.random_range(-1.0..1.0)],
+        let mut points = |count: usize, is_lost: bool, near_mass: [f64; 2], ratio: [f64; 2]| {
+            let mut between = |[low, high]: [f64; 2]| stream.random_range(low..high);
+            let point = |_| Point {
+                is_lost,
+                near_mass: between(near_mass),
+                ratios: vec![between(ratio)],
+            };
+            (0..count).map(point).collect::<Vec<Point>>()
         };
-        let mut anywhere: Vec<Point> = (0..60).map(|_| point(true, 0.6, 1.0)).collect();
-        anywhere.extend((0..300).map(|_| point(false, 0.98, 2.0)));
-        anywhere.extend((0..200).map(|_| point(false, 0.98, -1.0)));
-        let mut carried: Vec<Point> = (0..300).map(|_| point(true, 0.98, -3.0)).collect();
-        carried.extend((0..300).map(|_| point(false, 0.98, 2.0)));
+        let anywhere = [
+            points(60, true, [0.4, 0.7], [0.0, 2.0]),
+            points(300, false, [0.95, 1.0], [1.0, 3.0]),
+            points(150, false, [0.95, 1.0], [-2.0, 0.0]),
+        ];
+        let carried = [
+            points(300, true, [0.5, 1.0], [-2.0, 0.0]),
+            points(300, false, [0.5, 1.0], [0.0, 2.0]),
+        ];
+        let (anywhere, carried) = (anywhere.concat(), carried.concat());
         let fitted = fitted(&anywhere, &carried);
         let area = |points: &[Point]| area(points, |point| point.score(&fitted));
-        assert!(area(&anywhere) > 0.99, "{} {fitted:?}", area(&anywhere));
-        assert!(area(&carried) > 0.99, "{} {fitted:?}", area(&carried));
+        assert!(area(&anywhere) > 0.98, "{} {fitted:?}", area(&anywhere));
+        assert!(area(&carried) > 0.7, "{} {fitted:?}", area(&carried));
     }
 
     /// Where one snapshot tells all, the newest counts most; where each tells little, many count.

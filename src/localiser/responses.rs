@@ -155,6 +155,10 @@ impl PreparedSensorModel for PreparedResponses {
         self.map
             .log_likelihood(*self.classes.get(snapshot)?, belief)
     }
+
+    fn depends_on_belief(&self) -> bool {
+        false
+    }
 }
 
 #[cfg(test)]

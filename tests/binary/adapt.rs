@@ -65,6 +65,7 @@ fn a_model_is_adapted_again_and_again_and_remains_one() {
     let first = json(adapt(&place, &[&files[..], &steps].concat()).done());
     let labels = &first["datasets"][0]["labels"];
     assert!(labels["kept"].as_u64().unwrap() > 50, "{first}");
+    assert_eq!(labels["beyond"], 0, "{first}"); // along a route there is no beyond
     assert!(
         labels["errors"]["median_m"].as_f64().unwrap() < 0.4,
         "{first}"

@@ -94,4 +94,8 @@ impl SensorModel for Compass {
         });
         Ok(each.collect())
     }
+
+    fn depends_on_belief(&self) -> bool {
+        false
+    }
 }

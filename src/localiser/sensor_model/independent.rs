@@ -77,6 +77,10 @@ impl PreparedSensorModel for Prepared<'_> {
             each.map(|model| model.log_likelihood(snapshot, belief, stream)),
         )
     }
+
+    fn depends_on_belief(&self) -> bool {
+        self.0.iter().any(|model| model.depends_on_belief())
+    }
 }
 
 /// Prepared sensor models that err independently of each other at a given place, each [scaled](EvidenceScale): P(z | ξ) is the

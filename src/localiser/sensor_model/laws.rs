@@ -175,6 +175,31 @@ fn a_live_robot_and_a_recording_get_the_same_answers() {
     }
 }
 
+/// Who says that belief and random numbers don't count answers alike whatever they are; who draws features, or asks the belief, says that they do.
+#[test]
+fn who_does_not_depend_on_the_belief_is_known() {
+    let (corridor, room) = (corridor(), test_world());
+    let mut depending = Vec::new();
+    for (number, (model, recording)) in everybody(&corridor, &room).enumerate() {
+        let places = Arc::new(Places::of(recording));
+        let anywhere = Belief::uniform(&places).unwrap();
+        let near = Belief::around(&places, &places, 3, 1.0, 0.5).unwrap();
+        let prepared = model.prepare(recording, &[3, 7]).unwrap();
+        let said = |belief: &Belief, seed: u64| {
+            let mut stream = Seed(seed).stream("drawn features");
+            [3, 7].map(|k| prepared.log_likelihood(k, belief, &mut stream).unwrap())
+        };
+        match prepared.depends_on_belief() {
+            true => depending.push(number),
+            false => assert_eq!(said(&anywhere, 1), said(&near, 2), "{}", model.name()),
+        }
+    }
+    let draw_or_ask: Vec<usize> = (0..Evidence::ALL.len())
+        .filter(|&e| matches!(Evidence::ALL[e], Evidence::Sampled | Evidence::Jeffrey))
+        .collect();
+    assert_eq!(depending, draw_or_ask);
+}
+
 #[test]
 fn names_tell_models_apart() {
     let recording = corridor();

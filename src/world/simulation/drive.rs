@@ -266,7 +266,7 @@ fn along_ways(
         .par_iter()
         .map(|way| travelled_m(way.as_ref()))
         .collect();
-    let spacings = spacings(set, &lengths_m)?;
+    let spacings = spacings(set.spacing, set.runs, &lengths_m)?;
     let set_out = settings.par_iter().zip(&ways).zip(&spacings);
     each_run(set_out, |((setting, way), &spacing)| {
         let clear = guard(setting, robot.radius_m);

@@ -3,16 +3,20 @@
 use crate::{
     error::{Error, Result},
     world::{
-        building::{MAX_SNAPSHOTS, RunSet, Spacing},
+        building::{MAX_SNAPSHOTS, Spacing},
         way::STEP_M,
     },
 };
 
-/// Metres between the snapshots of each run, and how many there are at most.
-pub(super) fn spacings(set: &RunSet, lengths_m: &[f64]) -> Result<Vec<(f64, usize)>> {
+/// Metres between the snapshots of each run, and how many there are at most; of a file that has so many runs by itself.
+pub(super) fn spacings(
+    spacing: Spacing,
+    runs_of_file: usize,
+    lengths_m: &[f64],
+) -> Result<Vec<(f64, usize)>> {
     let runs = lengths_m.len();
     let whole_m: f64 = lengths_m.iter().sum();
-    match set.spacing {
+    match spacing {
         Spacing::Metres(metres) => {
             let expected = whole_m / metres + runs as f64;
             if expected > MAX_SNAPSHOTS as f64 {
@@ -24,7 +28,7 @@ pub(super) fn spacings(set: &RunSet, lengths_m: &[f64]) -> Result<Vec<(f64, usiz
         }
         Spacing::Exactly(count) => {
             // The file's number is for the file's runs.
-            let count = (count as f64 * runs as f64 / set.runs as f64).round();
+            let count = (count as f64 * runs as f64 / runs_of_file as f64).round();
             // Each run gets its share by length: what the runs up to it get, less what those before it got.
             let mut reached_m = 0.0;
             let mut given = 0;
@@ -52,5 +56,25 @@ pub(super) fn spacings(set: &RunSet, lengths_m: &[f64]) -> Result<Vec<(f64, usiz
         Spacing::AtPoses => Err(Error::usage(
             "[record]: snapshots at poses; expected them only where the robot follows poses",
         )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_million_snapshots_are_made_and_a_hundred_million_refused() {
+        let days_drive = vec![86.6; 1155];
+        let made = spacings(Spacing::Metres(0.1), 12, &days_drive).unwrap();
+        assert_eq!(made, vec![(0.1, usize::MAX); 1155]);
+        let refused = spacings(Spacing::Metres(0.001), 12, &days_drive).unwrap_err();
+        assert!(refused.is_usage());
+        assert!(
+            refused
+                .to_string()
+                .contains("make 100024155; expected up to 10000000"),
+            "{refused}"
+        );
     }
 }
