@@ -46,7 +46,8 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<ImportedLog> {
     let mut logs: Vec<ImportedLog> = Vec::new();
     for path in paths {
         let log = if path.is_dir() {
-            let log = ros::read_folder(path, &options.log, &mut |file| hash.update(file))?;
+            let (log, read) = ros::read_folder(path, &options.log, hash)?;
+            hash = read;
             format::as_declared(path, log, &options.log, false)?
         } else {
             let (log, read) = read_one(path, options, hash)?;

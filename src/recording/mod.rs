@@ -2,6 +2,7 @@
 
 pub mod bearings;
 pub mod compressed;
+mod content;
 mod declared;
 pub mod degraded;
 pub mod format;

@@ -1,6 +1,9 @@
 //! A log as it comes: read, unpacked and hashed bit by bit, so that a text log need not fit in memory.
 
-use super::compressed::{self, Packed};
+use super::{
+    compressed::{self, Packed},
+    content::Content,
+};
 use crate::{
     error::{Error, Result},
     storage::{self, InputFile},
@@ -26,6 +29,8 @@ pub(super) struct Source<'a> {
     pub is_empty: bool,
     head: Vec<u8>,
     rest: Box<dyn Read>,
+    /// A plain file whose bytes are the content, and their number.
+    in_place: Option<(Rc<InputFile>, usize)>,
     /// What is read of the file last, so that all of it is hashed.
     tail: Option<Hashed>,
     seen: Rc<RefCell<Seen>>,
@@ -62,6 +67,7 @@ impl<'a> Source<'a> {
             is_empty: false,
             head: Vec::new(),
             rest: Box::new(io::empty()),
+            in_place: None,
             tail: None,
             seen: Rc::new(RefCell::new(seen)),
         };
@@ -88,6 +94,10 @@ impl<'a> Source<'a> {
             tail.file.check_unchanged()?;
             source.unpack(&start)?;
             return Ok(source);
+        }
+        if packed.is_none() {
+            let length = usize::try_from(length).ok();
+            source.in_place = length.map(|length| (Rc::clone(&tail.file), length));
         }
         let from = BufReader::with_capacity(AT_ONCE, Cursor::new(start).chain(from));
         source.rest = Box::new(Unpacking {
@@ -140,7 +150,20 @@ impl<'a> Source<'a> {
         &self.head
     }
 
-    /// All of the content, for readers that go back and forth.
+    /// The content for readers that go back and forth. A plain file that is longer than its beginning is not held in memory.
+    ///
+    /// # Errors
+    /// Where a file that is held can't be read on.
+    pub fn content(&mut self) -> Result<Content<'_>> {
+        if let Some((file, length)) = &self.in_place
+            && *length > self.head.len()
+        {
+            return Ok(Content::of_file(Rc::clone(file), *length));
+        }
+        self.whole().map(Content::of_bytes)
+    }
+
+    /// All of the content, for readers that want it in one piece.
     ///
     /// # Errors
     /// Where the file can't be read on.
@@ -311,6 +334,24 @@ mod tests {
                     let (log, hash, damage) = read(&packed, head_bytes).unwrap();
                     assert!(same(&log, &whole), "{head_bytes}");
                     assert_eq!(log.account.used_counts(), whole.account.used_counts());
+                    assert_eq!((hash, damage), (storage::sha256(&packed), None));
+                }
+            }
+        }
+    }
+
+    /// Bags are not held in memory, but where they are packed.
+    #[test]
+    fn a_bag_that_is_read_here_and_there_is_the_bag_that_is_read_at_once() {
+        let bags = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/bags");
+        for name in ["none.bag", "plain/plain.db3", "zstd.mcap", "unchunked.mcap"] {
+            let bag = fs::read(bags.join(name)).unwrap();
+            let (whole, ..) = read(&bag, HEAD).unwrap();
+            for head_bytes in [300, bag.len() as u64 - 1, bag.len() as u64] {
+                for packed in [bag.clone(), gzip(&bag)] {
+                    let (log, hash, damage) = read(&packed, head_bytes).unwrap();
+                    assert!(same(&log, &whole), "{name} {head_bytes}");
+                    assert_eq!(log.account, whole.account);
                     assert_eq!((hash, damage), (storage::sha256(&packed), None));
                 }
             }

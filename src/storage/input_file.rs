@@ -80,6 +80,19 @@ impl InputFile {
         }
     }
 
+    /// The same from a byte of a plain file, whatever was read before; the next [`InputFile::read_some`] goes on where the last one ended.
+    ///
+    /// # Errors
+    /// Where the file can't be read.
+    pub fn read_some_at(&self, buffer: &mut [u8], at: u64) -> io::Result<usize> {
+        loop {
+            match read_at(&self.file, buffer, at) {
+                Err(fault) if fault.kind() == io::ErrorKind::Interrupted => continue,
+                read => return read,
+            }
+        }
+    }
+
     /// All that is left of it.
     ///
     /// # Errors
@@ -109,6 +122,21 @@ impl InputFile {
     }
 }
 
+#[cfg(unix)]
+fn read_at(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
+    std::os::unix::fs::FileExt::read_at(file, buffer, at)
+}
+
+#[cfg(not(unix))]
+fn read_at(mut file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
+    use std::io::{Seek, SeekFrom};
+    let before = file.stream_position()?;
+    file.seek(SeekFrom::Start(at))?;
+    let read = file.read(buffer);
+    file.seek(SeekFrom::Start(before))?;
+    read
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -123,6 +151,10 @@ mod tests {
         assert_eq!(file.length(), Some(10));
         let mut start = [0; 4];
         assert_eq!(file.read_some(&mut start).unwrap(), 4);
+        assert_eq!(file.read_some_at(&mut start, 8).unwrap(), 2);
+        assert_eq!(&start, b"8923");
+        assert_eq!(file.read_some(&mut start[..1]).unwrap(), 1);
+        assert_eq!(&start, b"4923"); // where the first ended
         file.check_unchanged().unwrap();
         let mut again = File::options().append(true).open(&path).unwrap();
         again.write_all(b"more").unwrap();

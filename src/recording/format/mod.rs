@@ -10,8 +10,8 @@ mod dataset;
 pub mod ros;
 
 use super::{
-    Recording, declared, imported_log::ImportedLog, log_options::LogOptions, oddities,
-    source::Source,
+    Recording, content::Content, declared, imported_log::ImportedLog, log_options::LogOptions,
+    oddities, source::Source,
 };
 use crate::error::{Error, Result};
 use std::{fmt, io, path::Path};
@@ -28,6 +28,8 @@ pub struct Format {
     read: Read,
     /// Its reader goes through a log once, line by line.
     read_lines: Option<ReadLines>,
+    /// Its reader goes back and forth, and holds no more of it than it looks at.
+    read_content: Option<ReadContent>,
     /// Its reader leaves out sensors itself, before it reads them.
     selects_itself: bool,
     /// Has it topics?
@@ -44,6 +46,9 @@ type Read = fn(&Path, &[u8], &LogOptions) -> Result<ImportedLog>;
 /// The same of a log that is too long for memory: its beginning, and what follows.
 type ReadLines = fn(&Path, &[u8], &mut dyn io::Read, &LogOptions) -> Result<ImportedLog>;
 
+/// The same of a log that need not be in memory.
+type ReadContent = fn(&Path, &Content, &LogOptions) -> Result<ImportedLog>;
+
 /// All formats, in the order in which they are tried.
 pub const FORMATS: [Format; 6] = [
     Format::new("npz", "a .npz dataset", dataset::detect, dataset::read).with_runs(),
@@ -53,15 +58,15 @@ pub const FORMATS: [Format; 6] = [
         ros::detect_rosbag1,
         ros::read_rosbag1,
     )
-    .of_ros(),
+    .of_ros(ros::rosbag1_content),
     Format::new(
         "rosbag2",
         "a bag of ROS 2",
         ros::detect_rosbag2,
         ros::read_rosbag2,
     )
-    .of_ros(),
-    Format::new("mcap", "an MCAP log", ros::detect_mcap, ros::read_mcap).of_ros(),
+    .of_ros(ros::rosbag2_content),
+    Format::new("mcap", "an MCAP log", ros::detect_mcap, ros::read_mcap).of_ros(ros::mcap_content),
     Format::new("carmen", "a CARMEN log", carmen::detect, carmen::read)
         .by_lines(carmen::read_lines),
     Format::new("csv", "a CSV table with a header", csv::detect, csv::read)
@@ -91,6 +96,7 @@ impl Format {
             recognises,
             read,
             read_lines: None,
+            read_content: None,
             selects_itself: false,
             is_ros: false,
             parts_runs: true,
@@ -104,8 +110,9 @@ impl Format {
         }
     }
 
-    const fn of_ros(self) -> Self {
+    const fn of_ros(self, read_content: ReadContent) -> Self {
         Self {
+            read_content: Some(read_content),
             is_ros: true,
             ..self
         }
@@ -180,12 +187,13 @@ impl Format {
         source: &mut Source,
         options: &LogOptions,
     ) -> Result<ImportedLog> {
-        let log = match self.read_lines {
-            Some(read_lines) => {
-                let (head, rest) = source.parts();
-                read_lines(path, head, rest, options)?
-            }
-            None => (self.read)(path, source.whole()?, options)?,
+        let log = if let Some(read_lines) = self.read_lines {
+            let (head, rest) = source.parts();
+            read_lines(path, head, rest, options)?
+        } else if let Some(read_content) = self.read_content {
+            read_content(path, &source.content()?, options)?
+        } else {
+            (self.read)(path, source.whole()?, options)?
         };
         self.noted(path, log, options)
     }

@@ -15,10 +15,6 @@ impl<'a> Bytes<'a> {
         self.take(N)?.try_into().ok()
     }
 
-    pub(super) fn u8(&mut self) -> Option<u8> {
-        self.number().map(u8::from_le_bytes)
-    }
-
     pub(super) fn u16(&mut self) -> Option<u16> {
         self.number().map(u16::from_le_bytes)
     }

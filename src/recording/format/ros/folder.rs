@@ -3,10 +3,11 @@
 use super::{assembled, collector::Collector, mcap, rosbag2, sqlite};
 use crate::{
     error::{Error, Result},
-    recording::{compressed, imported_log::ImportedLog, log_options::LogOptions},
+    recording::{imported_log::ImportedLog, log_options::LogOptions, source::Source},
     storage,
 };
 use serde::Deserialize;
+use sha2::Sha256;
 use std::path::{Path, PathBuf};
 
 const METADATA: &str = "metadata.yaml";
@@ -25,7 +26,7 @@ struct Information {
     message_count: Option<u64>,
 }
 
-/// Reads all files of a bag as one log; each file's bytes are given to `each` in order.
+/// Reads all files of a bag as one log; the digest goes on with each file's bytes in order.
 ///
 /// # Errors
 /// Where the folder is no bag, a file of it is missing or no part of a bag, or as
@@ -33,8 +34,8 @@ struct Information {
 pub(in crate::recording) fn read(
     folder: &Path,
     options: &LogOptions,
-    each: &mut dyn FnMut(&[u8]),
-) -> Result<ImportedLog> {
+    mut hash: Sha256,
+) -> Result<(ImportedLog, Sha256)> {
     let mut collector = Collector::new(options.topics.as_deref());
     let metadata = folder.join(METADATA);
     let (files, stated) = match metadata.exists() {
@@ -57,27 +58,17 @@ pub(in crate::recording) fn read(
         ));
     }
     for path in &files {
-        let file = storage::read_file(path)?;
-        each(&file);
+        let mut source = Source::open(path, hash)?;
         let name = path.file_name().unwrap_or(path.as_os_str());
         collector.file = Some(name.to_string_lossy().into_owned());
-        if file.is_empty() {
-            collector.lost(&"the whole", "the file is empty");
-            continue;
+        let read = read_file(path, &mut source, &mut collector);
+        // A file that can't be read on, or that changed meanwhile, is why a reader stumbled.
+        let (hashed, damage) = source.end()?;
+        read?;
+        if let Some(damage) = damage {
+            collector.lost(&"packing", &damage);
         }
-        let content = compressed::unpack(path, &file)?;
-        if let Some(damage) = &content.damage {
-            collector.lost(&"packing", damage);
-        }
-        if content.bytes.starts_with(sqlite::MAGIC) {
-            rosbag2::read(&content.bytes, &mut collector)
-                .map_err(|fault| Error::file(path, fault))?;
-        } else if content.bytes.starts_with(mcap::MAGIC) {
-            mcap::read(&content.bytes, &mut collector);
-        } else {
-            let fault = "no part of a rosbag2; expected SQLite or MCAP, plain or zstd";
-            return Err(Error::file(path, fault));
-        }
+        hash = hashed;
     }
     collector.file = None;
     let found = collector.messages;
@@ -85,7 +76,26 @@ pub(in crate::recording) fn read(
         let fault = format!("{found} messages in all files; expected {stated}");
         collector.lost(&METADATA, &fault);
     }
-    assembled(folder, collector, options)
+    Ok((assembled(folder, collector, options)?, hash))
+}
+
+/// Reads one of a bag's files.
+fn read_file(path: &Path, source: &mut Source, collector: &mut Collector) -> Result<()> {
+    if source.is_empty {
+        collector.lost(&"the whole", "the file is empty");
+        return Ok(());
+    }
+    let content = source.content()?;
+    let read = if content.starts_with(sqlite::MAGIC) {
+        rosbag2::read(&content, collector)
+    } else if content.starts_with(mcap::MAGIC) {
+        mcap::read(&content, collector);
+        Ok(())
+    } else {
+        Err("no part of a rosbag2; expected SQLite or MCAP, plain or zstd".into())
+    };
+    content.check(path)?;
+    read.map_err(|fault| Error::file(path, fault))
 }
 
 fn information(path: &Path) -> Result<Information> {

@@ -9,9 +9,9 @@ use super::{
     cursor::Serialisation,
     part::{Budget, Place},
 };
-use crate::recording::compressed::Packing;
+use crate::recording::{compressed::Packing, content::Content};
 use flate2::Crc;
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap, ops::Range};
 
 /// What a file starts and ends with.
 pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -30,62 +30,75 @@ const DATA_END: u8 = 0x0f;
 const HEAD: usize = 9;
 /// Bytes of the record that the file ends with, but for the magic.
 const FOOTER_LEN: usize = HEAD + 8 + 8 + 4;
-/// Bytes of a chunk besides its packing's name and its content.
-const CHUNK_HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
+/// Bytes ahead of a chunk's content at most, where a chunk is looked for after damage: 40 and the name of its packing.
+const LONGEST_CHUNK_HEAD: usize = 1024;
+/// Bytes of which a checksum is made at a time.
+const SUMMED_AT_ONCE: usize = 1 << 20;
 
-struct Record<'a> {
+/// A record: its kind, and where its data are as far as they are there.
+struct Record {
     kind: u8,
-    data: &'a [u8],
-    /// Bytes of it that are missing behind the file's end.
+    data_at: usize,
+    data_len: usize,
+    /// Bytes of it that are missing behind the end.
     missing: u64,
 }
 
-impl<'a> Record<'a> {
-    fn parse(bytes: &'a [u8]) -> Option<Self> {
-        let mut rest = Bytes(bytes);
-        let (kind, len) = (rest.u8()?, rest.u64()?);
-        let there = usize::try_from(len).unwrap_or(usize::MAX).min(rest.0.len());
+impl Record {
+    /// The record that begins at a byte; none where its kind and length don't fit in.
+    fn at(content: &Content, at: usize) -> Option<Self> {
+        let [kind] = content.number(at)?;
+        let len = u64::from_le_bytes(content.number(at + 1)?);
+        let data_at = at + HEAD;
+        let left = content.len().checked_sub(data_at)?;
+        let there = usize::try_from(len).unwrap_or(usize::MAX).min(left);
         Some(Self {
             kind,
-            data: rest.take(there)?,
+            data_at,
+            data_len: there,
             missing: len - there as u64,
         })
     }
 
+    fn data<'a>(&self, content: &Content<'a>) -> Cow<'a, [u8]> {
+        content.bytes(self.data_at, self.data_len)
+    }
+
     fn len(&self) -> usize {
-        HEAD + self.data.len()
+        HEAD + self.data_len
     }
 }
 
-/// A chunk's content, still packed.
-struct Chunk<'a> {
+/// What stands ahead of a chunk's content.
+struct ChunkHead<'a> {
     size: u64,
     crc: u32,
     packing: &'a str,
-    packed: &'a [u8],
-    /// Bytes of it that are missing behind the file's end.
-    missing: u64,
+    /// Bytes of the content, still packed.
+    packed_len: u64,
+    /// Bytes of this.
+    len: usize,
 }
 
-impl<'a> Chunk<'a> {
+impl<'a> ChunkHead<'a> {
+    /// That of a chunk whose data begin so.
     fn parse(data: &'a [u8]) -> Option<Self> {
         let mut rest = Bytes(data);
         let (start, end) = (rest.u64()?, rest.u64()?);
         let (size, crc, packing) = (rest.u64()?, rest.u32()?, rest.text()?);
-        let len = rest.u64()?;
-        let there = usize::try_from(len).unwrap_or(usize::MAX).min(rest.0.len());
+        let packed_len = rest.u64()?;
         (start <= end).then_some(Self {
             size,
             crc,
             packing,
-            packed: rest.take(there)?,
-            missing: len - there as u64,
+            packed_len,
+            len: data.len() - rest.0.len(),
         })
     }
 }
 
 /// Reads all that a file holds.
-pub(super) fn read(file: &[u8], collector: &mut Collector) {
+pub(super) fn read(file: &Content, collector: &mut Collector) {
     let mut reader = Reader {
         schemas: BTreeMap::new(),
         channels: BTreeMap::new(),
@@ -106,8 +119,7 @@ pub(super) fn read(file: &[u8], collector: &mut Collector) {
             chunk: None,
             byte: at,
         };
-        let left = &file[at..];
-        let record = Record::parse(left);
+        let record = Record::at(file, at);
         let fits = record
             .as_ref()
             .is_some_and(|r| r.missing == 0 && r.kind != 0);
@@ -117,7 +129,7 @@ pub(super) fn read(file: &[u8], collector: &mut Collector) {
             let next = next_chunk(file, at + 1).unwrap_or(file.len());
             let fault = format!(
                 "{} bytes that are no record; reading goes on behind them",
-                next - at
+                next.saturating_sub(at)
             );
             reader.collector.lost(&place, &fault);
             at = next;
@@ -132,11 +144,11 @@ pub(super) fn read(file: &[u8], collector: &mut Collector) {
             reader.collector.lost(&place, &fault);
         }
         match record.kind {
-            CHUNK => reader.chunk(at, &record),
+            CHUNK => reader.chunk(file, at, &record),
             _ if !fits => {}
             FOOTER => {
                 ended = true;
-                if !summary_fits(file, at, record.data) {
+                if !summary_fits(file, at, &record.data(file)) {
                     let what =
                         "MCAP summary whose checksum doesn't fit, which nothing here depends on";
                     reader.collector.account.warning(what);
@@ -144,11 +156,11 @@ pub(super) fn read(file: &[u8], collector: &mut Collector) {
                 }
                 break;
             }
-            DATA_END => reader.data_end(&file[..at], record.data, &place),
-            STATISTICS => stated_messages = Bytes(record.data).u64(),
+            DATA_END => reader.data_end(file, at, &record, &place),
+            STATISTICS => stated_messages = file.number(record.data_at).map(u64::from_le_bytes),
             ATTACHMENT => reader.collector.account.passed_over("attachment"),
             METADATA => reader.collector.account.passed_over("metadata"),
-            _ => reader.record(&record, &place),
+            _ => reader.record(file, &record, &place),
         }
         at += record.len();
     }
@@ -177,19 +189,20 @@ struct Reader<'c, 'o> {
 
 impl Reader<'_, '_> {
     /// Takes the schemas and channels that the summary repeats, for a chunk whose own declarations are damaged.
-    fn declarations_of_summary(&mut self, file: &[u8]) {
+    fn declarations_of_summary(&mut self, file: &Content) {
         let footer = file.len().checked_sub(FOOTER_LEN + MAGIC.len());
-        let footer = footer.and_then(|at| Record::parse(&file[at..]));
+        let footer = footer.and_then(|at| Record::at(file, at));
         let footer = footer.filter(|record| record.kind == FOOTER);
-        let start = footer.and_then(|record| Bytes(record.data).u64());
+        let start = footer.and_then(|record| file.number(record.data_at));
+        let start = start.map(u64::from_le_bytes);
         let Some(mut at) = start.and_then(|start| usize::try_from(start).ok()) else {
             return;
         };
-        while let Some(record) = file.get(at..).and_then(Record::parse) {
+        while let Some(record) = Record::at(file, at) {
             match record.kind {
-                SCHEMA => self.schemas.extend(schema(record.data)),
+                SCHEMA => self.schemas.extend(schema(&record.data(file))),
                 CHANNEL => {
-                    let channel = self.channel(record.data);
+                    let channel = self.channel(&record.data(file));
                     self.channels.extend(channel);
                 }
                 _ => {}
@@ -203,15 +216,19 @@ impl Reader<'_, '_> {
         self.collector.lost(place, fault);
     }
 
-    fn chunk(&mut self, byte: usize, record: &Record) {
+    fn chunk(&mut self, file: &Content, byte: usize, record: &Record) {
         let place = Place { chunk: None, byte };
         let cut = record.missing > 0;
-        let Some(chunk) = Chunk::parse(record.data) else {
+        let data = record.data(file);
+        let Some(chunk) = ChunkHead::parse(&data) else {
             if !cut {
                 self.lost(&place, "a chunk whose head can't be read");
             }
             return;
         };
+        let packed = &data[chunk.len..];
+        let packed_len = usize::try_from(chunk.packed_len).unwrap_or(usize::MAX);
+        let packed = &packed[..packed_len.min(packed.len())];
         let packing = match chunk.packing {
             "" => None,
             "lz4" => Some(Packing::Lz4),
@@ -221,14 +238,15 @@ impl Reader<'_, '_> {
                 return self.lost(&place, &fault);
             }
         };
-        if chunk.missing > 0 && !cut {
+        if packed.len() < packed_len && !cut {
             return self.lost(&place, "a chunk whose length doesn't fit its record");
         }
-        let unpacked = match self.budget.unpack(packing, chunk.packed, chunk.size, cut) {
+        let unpacked = match self.budget.unpack(packing, packed, chunk.size, cut) {
             Ok(unpacked) => unpacked,
             Err(fault) => return self.lost(&place, &format!("the chunk holds {fault}")),
         };
-        if !cut && chunk.crc != 0 && checksum(&unpacked) != chunk.crc {
+        let unpacked = Content::of_bytes(&unpacked);
+        if !cut && chunk.crc != 0 && checksum(&unpacked, 0..unpacked.len()) != chunk.crc {
             return self.lost(&place, "the chunk's checksum doesn't fit its content");
         }
         let mut at = 0;
@@ -237,9 +255,9 @@ impl Reader<'_, '_> {
                 chunk: Some(byte),
                 byte: at,
             };
-            match Record::parse(&unpacked[at..]) {
+            match Record::at(&unpacked, at) {
                 Some(record) if record.missing == 0 => {
-                    self.record(&record, &place);
+                    self.record(&unpacked, &record, &place);
                     at += record.len();
                 }
                 _ if cut => break,
@@ -248,23 +266,27 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn record(&mut self, record: &Record, place: &Place) {
+    fn record(&mut self, content: &Content, record: &Record, place: &Place) {
+        let data = match record.kind {
+            SCHEMA | CHANNEL | MESSAGE => record.data(content),
+            _ => return,
+        };
         match record.kind {
-            SCHEMA => match schema(record.data) {
+            SCHEMA => match schema(&data) {
                 Some((number, name)) => {
                     self.schemas.insert(number, name);
                 }
                 None => self.lost(place, "a schema that can't be read"),
             },
-            CHANNEL => match self.channel(record.data) {
+            CHANNEL => match self.channel(&data) {
                 Some((number, connection)) => {
                     self.channels.insert(number, connection);
                 }
                 None => self.lost(place, "a channel that can't be read"),
             },
-            MESSAGE => {
+            _ => {
                 self.messages += 1;
-                let mut rest = Bytes(record.data);
+                let mut rest = Bytes(&data);
                 let head = rest.u16().zip(rest.u32()).zip(rest.u64().zip(rest.u64()));
                 let Some(((channel, _), (logged_ns, _))) = head else {
                     return self.lost(place, "a message without its head");
@@ -277,7 +299,6 @@ impl Reader<'_, '_> {
                 self.collector
                     .take_packed(connection, logged_s, rest.0, place, &mut self.budget);
             }
-            _ => {}
         }
     }
 
@@ -300,9 +321,9 @@ impl Reader<'_, '_> {
     }
 
     /// The checksum of everything up to the end of the data, where the file states one.
-    fn data_end(&mut self, data: &[u8], record: &[u8], place: &Place) {
-        let stated = Bytes(record).u32().unwrap_or(0);
-        if stated != 0 && !self.damaged && checksum(data) != stated {
+    fn data_end(&mut self, file: &Content, at: usize, record: &Record, place: &Place) {
+        let stated = Bytes(&record.data(file)).u32().unwrap_or(0);
+        if stated != 0 && !self.damaged && checksum(file, 0..at) != stated {
             let fault =
                 "the checksum of the data before it doesn't fit; something in them is damaged";
             self.lost(place, fault);
@@ -311,15 +332,15 @@ impl Reader<'_, '_> {
 }
 
 /// Does the checksum of the summary fit, which reaches into the footer that begins at a byte?
-fn summary_fits(file: &[u8], footer: usize, data: &[u8]) -> bool {
+fn summary_fits(file: &Content, footer: usize, data: &[u8]) -> bool {
     let mut rest = Bytes(data);
     let (start, _, stated) = (rest.u64(), rest.u64(), rest.u32());
     match (start, stated) {
         (_, Some(0)) | (Some(0), _) => true,
         (Some(start), Some(stated)) => usize::try_from(start)
             .ok()
-            .and_then(|start| file.get(start..footer + HEAD + 16))
-            .is_some_and(|summary| checksum(summary) == stated),
+            .filter(|start| (*start..=file.len()).contains(&(footer + HEAD + 16)))
+            .is_some_and(|start| checksum(file, start..footer + HEAD + 16) == stated),
         _ => false,
     }
 }
@@ -329,24 +350,28 @@ fn schema(data: &[u8]) -> Option<(u16, String)> {
     Some((rest.u16()?, rest.text()?.to_string()))
 }
 
-fn checksum(bytes: &[u8]) -> u32 {
+fn checksum(content: &Content, places: Range<usize>) -> u32 {
     let mut crc = Crc::new();
-    crc.update(bytes);
+    for at in places.clone().step_by(SUMMED_AT_ONCE) {
+        crc.update(&content.bytes(at, SUMMED_AT_ONCE.min(places.end - at)));
+    }
     crc.sum()
 }
 
 /// Where the next whole chunk begins, from some byte on.
-fn next_chunk(file: &[u8], from: usize) -> Option<usize> {
-    let starts_chunk = |bytes: &[u8]| {
-        let record = match bytes.first() {
-            Some(&CHUNK) => Record::parse(bytes).filter(|record| record.missing == 0),
-            _ => None,
-        };
-        record.is_some_and(|record| {
-            Chunk::parse(record.data).is_some_and(|chunk| {
-                CHUNK_HEAD + chunk.packing.len() + chunk.packed.len() == record.data.len()
-            })
-        })
+fn next_chunk(file: &Content, from: usize) -> Option<usize> {
+    let starts_chunk = |at: usize| {
+        let record = Record::at(file, at).filter(|record| record.missing == 0)?;
+        let data = file.bytes(record.data_at, record.data_len.min(LONGEST_CHUNK_HEAD));
+        let head = ChunkHead::parse(&data)?;
+        (head.len as u64 + head.packed_len == record.data_len as u64).then_some(at)
     };
-    (from..file.len()).find(|at| starts_chunk(&file[*at..]))
+    let mut at = from;
+    while let Some([kind]) = file.number(at) {
+        if kind == CHUNK && starts_chunk(at).is_some() {
+            return Some(at);
+        }
+        at += 1;
+    }
+    None
 }

@@ -23,8 +23,8 @@
 //! else takes it for its poses, with a warning. Where a step of more than 5 m or 10 s is without odometry, a new run begins.
 //!
 //! **Damage.** What can be read is read, and the rest counted: messages that end early, chunks whose checksum or length
-//! doesn't fit, files that were cut. A log's memory is that of its file, one unpacked chunk and the readings kept; all that is
-//! unpacked of one file together is bounded as a packed file of its length is.
+//! doesn't fit, files that were cut. A log's memory is one unpacked chunk and the readings kept, and its file's where that is packed as a
+//! whole or comes through a pipe; all that is unpacked of one file together is bounded as a packed file of its length is.
 
 mod assemble;
 mod bytes;
@@ -45,7 +45,7 @@ mod track;
 
 use crate::{
     error::{Error, Result},
-    recording::{imported_log::ImportedLog, log_options::LogOptions},
+    recording::{content::Content, imported_log::ImportedLog, log_options::LogOptions},
 };
 use collector::Collector;
 use std::path::Path;
@@ -73,10 +73,7 @@ pub(super) fn detect_mcap(bytes: &[u8]) -> bool {
 /// Where it has no sensor message, no pose for any of them, or not the topics asked for. Damage is no error but an entry in
 /// the account.
 pub fn read_rosbag1(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
-    read(path, bytes, options, |bytes, collector| {
-        rosbag1::read(bytes, collector);
-        Ok(())
-    })
+    rosbag1_content(path, &Content::of_bytes(bytes), options)
 }
 
 /// Reads a `.db3` file of a bag of ROS 2. `path` is for messages only.
@@ -84,7 +81,7 @@ pub fn read_rosbag1(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<I
 /// # Errors
 /// As [`read_rosbag1`], and where it is a database of something else.
 pub fn read_rosbag2(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
-    read(path, bytes, options, rosbag2::read)
+    rosbag2_content(path, &Content::of_bytes(bytes), options)
 }
 
 /// Reads an MCAP file with messages of ROS 1 or ROS 2. `path` is for messages only.
@@ -92,20 +89,52 @@ pub fn read_rosbag2(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<I
 /// # Errors
 /// As [`read_rosbag1`].
 pub fn read_mcap(path: &Path, bytes: &[u8], options: &LogOptions) -> Result<ImportedLog> {
-    read(path, bytes, options, |bytes, collector| {
-        mcap::read(bytes, collector);
+    mcap_content(path, &Content::of_bytes(bytes), options)
+}
+
+/// As [`read_rosbag1`], and where the content can't be read on.
+pub(super) fn rosbag1_content(
+    path: &Path,
+    content: &Content,
+    options: &LogOptions,
+) -> Result<ImportedLog> {
+    read(path, content, options, |content, collector| {
+        rosbag1::read(content, collector);
+        Ok(())
+    })
+}
+
+/// As [`read_rosbag2`], and where the content can't be read on.
+pub(super) fn rosbag2_content(
+    path: &Path,
+    content: &Content,
+    options: &LogOptions,
+) -> Result<ImportedLog> {
+    read(path, content, options, rosbag2::read)
+}
+
+/// As [`read_mcap`], and where the content can't be read on.
+pub(super) fn mcap_content(
+    path: &Path,
+    content: &Content,
+    options: &LogOptions,
+) -> Result<ImportedLog> {
+    read(path, content, options, |content, collector| {
+        mcap::read(content, collector);
         Ok(())
     })
 }
 
 fn read(
     path: &Path,
-    bytes: &[u8],
+    content: &Content,
     options: &LogOptions,
-    container: fn(&[u8], &mut Collector) -> std::result::Result<(), String>,
+    container: fn(&Content, &mut Collector) -> std::result::Result<(), String>,
 ) -> Result<ImportedLog> {
     let mut collector = Collector::new(options.topics.as_deref());
-    container(bytes, &mut collector).map_err(|fault| Error::file(path, fault))?;
+    let read = container(content, &mut collector);
+    content.check(path)?; // why a reader stumbled
+    read.map_err(|fault| Error::file(path, fault))?;
     assembled(path, collector, options)
 }
 

@@ -9,8 +9,8 @@ use super::{
     cursor::Serialisation,
     part::{Budget, Place},
 };
-use crate::recording::compressed::Packing;
-use std::collections::BTreeMap;
+use crate::recording::{compressed::Packing, content::Content};
+use std::{borrow::Cow, collections::BTreeMap};
 
 /// What every bag of this format starts with.
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
@@ -25,11 +25,15 @@ const CONNECTION: u8 = 7;
 /// Longest record header that a record is looked for by after damage; it names a topic at most.
 const LONGEST_HEADER: usize = 1024;
 
-/// A record: its kind, the fields of its header, its data as far as the file has them.
+/// Longest record header that is read at all: no more is held for a length that is damaged.
+const MOST_HEADER: usize = 1 << 20;
+
+/// A record: its kind, the fields of its header, where its data are as far as the file has them.
 struct Record<'a> {
     kind: u8,
-    fields: BTreeMap<&'a [u8], &'a [u8]>,
-    data: &'a [u8],
+    header: Cow<'a, [u8]>,
+    data_at: usize,
+    data_len: usize,
     /// Bytes of it that are missing behind the file's end.
     missing: usize,
     /// Bytes from its start to the next one.
@@ -37,47 +41,52 @@ struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    /// The record that bytes start with; `None` where they don't look like one.
-    fn parse(bytes: &'a [u8]) -> Option<Self> {
-        let mut rest = Bytes(bytes);
-        let header = rest.block()?;
-        let data_len = rest.u32()? as usize;
-        let mut fields = BTreeMap::new();
-        let mut unread = Bytes(header);
-        while !unread.0.is_empty() {
-            let field = unread.block()?;
-            let equals = field.iter().position(|b| *b == b'=')?;
-            fields.insert(&field[..equals], &field[equals + 1..]);
+    /// The record that begins at a byte; `None` where the bytes don't look like one.
+    fn at(content: &Content<'a>, at: usize) -> Option<Self> {
+        let header_len = u32::from_le_bytes(content.number(at)?) as usize;
+        if header_len > MOST_HEADER {
+            return None;
         }
-        let kind = match fields.get(&b"op"[..])? {
+        let header = content.bytes(at + 4, header_len);
+        let data_len = u32::from_le_bytes(content.number(at + 4 + header_len)?) as usize;
+        let kind = match field(&header, b"op")? {
             [kind @ MESSAGE..=CONNECTION] => *kind,
             _ => return None,
         };
-        let there = data_len.min(rest.0.len());
+        let data_at = at + 4 + header_len + 4;
+        let there = data_len.min(content.len().checked_sub(data_at)?);
         Some(Self {
             kind,
-            fields,
-            data: rest.take(there)?,
+            header,
+            data_at,
+            data_len: there,
             missing: data_len - there,
-            len: bytes.len() - rest.0.len(),
+            len: data_at - at + there,
         })
     }
 
+    fn field(&self, name: &str) -> Option<&[u8]> {
+        field(&self.header, name.as_bytes())
+    }
+
+    fn data(&self, content: &Content<'a>) -> Cow<'a, [u8]> {
+        content.bytes(self.data_at, self.data_len)
+    }
+
     fn u32(&self, name: &str) -> Option<u32> {
-        let field = self.fields.get(name.as_bytes())?;
-        Some(u32::from_le_bytes((*field).try_into().ok()?))
+        Some(u32::from_le_bytes(self.field(name)?.try_into().ok()?))
     }
 
     fn u64(&self, name: &str) -> Option<u64> {
-        let field = self.fields.get(name.as_bytes())?;
-        Some(u64::from_le_bytes((*field).try_into().ok()?))
+        Some(u64::from_le_bytes(self.field(name)?.try_into().ok()?))
     }
 
     /// Number and connection that a connection record declares.
-    fn connection(&self) -> Option<(u32, Connection)> {
-        let topic = std::str::from_utf8(self.fields.get(&b"topic"[..])?).ok()?;
+    fn connection(&self, content: &Content) -> Option<(u32, Connection)> {
+        let topic = std::str::from_utf8(self.field("topic")?).ok()?;
         let mut type_name = None;
-        let mut rest = Bytes(self.data);
+        let data = content.bytes(self.data_at, self.data_len);
+        let mut rest = Bytes(&data);
         while let Some(field) = rest.block() {
             if let Some(name) = field.strip_prefix(b"type=") {
                 type_name = Some(std::str::from_utf8(name).ok()?);
@@ -92,8 +101,22 @@ impl<'a> Record<'a> {
     }
 }
 
+/// The last field of that name in a record's header; none either where the header is no list of fields.
+fn field<'h>(header: &'h [u8], name: &[u8]) -> Option<&'h [u8]> {
+    let mut found = None;
+    let mut unread = Bytes(header);
+    while !unread.0.is_empty() {
+        let field = unread.block()?;
+        let equals = field.iter().position(|b| *b == b'=')?;
+        if field[..equals] == *name {
+            found = Some(&field[equals + 1..]);
+        }
+    }
+    found
+}
+
 /// Reads all that a bag holds.
-pub(super) fn read(file: &[u8], collector: &mut Collector) {
+pub(super) fn read(file: &Content, collector: &mut Collector) {
     let mut reader = Reader {
         connections: BTreeMap::new(),
         budget: Budget::for_file(file.len()),
@@ -104,7 +127,7 @@ pub(super) fn read(file: &[u8], collector: &mut Collector) {
     let declared = records(file, MAGIC.len(), |_, _| {});
     for (_, record) in declared {
         if record.kind == CONNECTION
-            && let Some((number, connection)) = record.connection()
+            && let Some((number, connection)) = record.connection(file)
         {
             reader.connections.insert(number, connection);
         }
@@ -118,10 +141,10 @@ pub(super) fn read(file: &[u8], collector: &mut Collector) {
             BAG_HEADER => {
                 bag_header = record.u64("index_pos").zip(record.u32("chunk_count"));
             }
-            CHUNK => reader.chunk(byte, &record),
+            CHUNK => reader.chunk(file, byte, &record),
             CHUNK_INFO => infos += u32::from(record.missing == 0),
             INDEX => {}
-            _ => reader.record(Place { chunk: None, byte }, &record),
+            _ => reader.record(file, Place { chunk: None, byte }, &record),
         }
     }
     damaged |= !gaps.is_empty();
@@ -161,15 +184,15 @@ struct Reader<'c, 'o> {
 }
 
 impl Reader<'_, '_> {
-    fn chunk(&mut self, byte: usize, record: &Record) {
+    fn chunk(&mut self, file: &Content, byte: usize, record: &Record) {
         self.chunks += 1;
         let place = Place { chunk: None, byte };
-        let packing = match record.fields.get(&b"compression"[..]) {
-            Some(&b"none") => None,
-            Some(&b"lz4") => Some(Packing::Lz4),
-            Some(&b"bz2") => Some(Packing::Bzip2),
+        let packing = match record.field("compression") {
+            Some(b"none") => None,
+            Some(b"lz4") => Some(Packing::Lz4),
+            Some(b"bz2") => Some(Packing::Bzip2),
             other => {
-                let name = String::from_utf8_lossy(other.copied().unwrap_or(b""));
+                let name = String::from_utf8_lossy(other.unwrap_or(b""));
                 let fault = format!(
                     "a chunk packed as `{}`; expected none, lz4 or bz2",
                     shown(&name)
@@ -183,7 +206,8 @@ impl Reader<'_, '_> {
             self.collector.lost(&place, &fault);
         }
         let size = u64::from(record.u32("size").unwrap_or(0));
-        let unpacked = match self.budget.unpack(packing, record.data, size, cut) {
+        let data = file.bytes(record.data_at, record.data_len);
+        let unpacked = match self.budget.unpack(packing, &data, size, cut) {
             Ok(unpacked) => unpacked,
             Err(fault) => {
                 return self
@@ -191,6 +215,7 @@ impl Reader<'_, '_> {
                     .lost(&place, &format!("the chunk holds {fault}"));
             }
         };
+        let unpacked = Content::of_bytes(&unpacked);
         let (mut gaps, mut partial) = (Vec::new(), None);
         for (at, record) in records(&unpacked, 0, |at, bytes| gaps.push((at, bytes))) {
             let place = Place {
@@ -198,7 +223,7 @@ impl Reader<'_, '_> {
                 byte: at,
             };
             if record.missing == 0 {
-                self.record(place, &record);
+                self.record(&unpacked, place, &record);
             } else {
                 partial = Some((at, record.len));
             }
@@ -215,10 +240,10 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn record(&mut self, place: Place, record: &Record) {
+    fn record<'a>(&mut self, content: &Content<'a>, place: Place, record: &Record<'a>) {
         match record.kind {
             CONNECTION => {
-                if let Some((number, connection)) = record.connection() {
+                if let Some((number, connection)) = record.connection(content) {
                     self.connections.entry(number).or_insert(connection);
                 } else if record.missing == 0 {
                     let fault =
@@ -240,7 +265,7 @@ impl Reader<'_, '_> {
                 // Seconds in the lower four bytes, nanoseconds in the upper.
                 let logged_s = f64::from(time as u32) + (time >> 32) as f64 * 1e-9;
                 self.collector
-                    .take(connection, logged_s, record.data, &place);
+                    .take(connection, logged_s, &record.data(content), &place);
             }
             _ => {}
         }
@@ -248,44 +273,45 @@ impl Reader<'_, '_> {
 }
 
 /// The records from a place on. Bytes that are no record are given to `gap`, with the place where they begin.
-fn records<'a>(
-    bytes: &'a [u8],
+fn records<'c, 'a: 'c>(
+    content: &'c Content<'a>,
     start: usize,
-    mut gap: impl FnMut(usize, usize),
-) -> impl Iterator<Item = (usize, Record<'a>)> {
-    let mut at = start.min(bytes.len());
+    mut gap: impl FnMut(usize, usize) + 'c,
+) -> impl Iterator<Item = (usize, Record<'a>)> + 'c {
+    let mut at = start.min(content.len());
     std::iter::from_fn(move || {
-        if at >= bytes.len() {
+        if at >= content.len() {
             return None;
         }
-        let found = Record::parse(&bytes[at..])
-            .filter(|record| record.missing == 0 || !followed(&bytes[at + 1..]));
+        let found = Record::at(content, at)
+            .filter(|record| record.missing == 0 || next_record(content, at + 1).is_none());
         if let Some(record) = found {
             let place = at;
             at += record.len;
             return Some((place, record));
         }
         let from = at;
-        let next = (from + 1..bytes.len()).find(|next| starts_record(&bytes[*next..]));
-        at = next.unwrap_or(bytes.len());
-        gap(from, at - from);
-        let record = Record::parse(bytes.get(at..)?)?;
+        at = next_record(content, from + 1).unwrap_or(content.len());
+        gap(from, at.saturating_sub(from));
+        let record = Record::at(content, at)?;
         let place = at;
         at += record.len;
         Some((place, record))
     })
 }
 
-/// Does a whole record begin somewhere in these bytes? Then one before it that would reach beyond them has a damaged length.
-fn followed(bytes: &[u8]) -> bool {
-    (0..bytes.len()).any(|at| starts_record(&bytes[at..]))
-}
-
-/// Do these bytes start with a whole record whose header is no longer than usual?
-fn starts_record(bytes: &[u8]) -> bool {
-    let Some(header) = Bytes(bytes).u32() else {
-        return false;
-    };
-    (9..=LONGEST_HEADER).contains(&(header as usize))
-        && Record::parse(bytes).is_some_and(|record| record.missing == 0)
+/// Where a whole record begins whose header is no longer than usual, from some byte on. One before it that would reach beyond has a
+/// damaged length.
+fn next_record(content: &Content, from: usize) -> Option<usize> {
+    let mut at = from;
+    while let Some(header) = content.number(at) {
+        let header = u32::from_le_bytes(header) as usize;
+        if (9..=LONGEST_HEADER).contains(&header)
+            && Record::at(content, at).is_some_and(|record| record.missing == 0)
+        {
+            return Some(at);
+        }
+        at += 1;
+    }
+    None
 }

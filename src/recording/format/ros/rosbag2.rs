@@ -6,13 +6,14 @@ use super::{
     part::Budget,
     sqlite::{Database, Row, Visited},
 };
+use crate::recording::content::Content;
 use std::collections::BTreeMap;
 
 /// Reads all that a file holds.
 ///
 /// # Errors
 /// What the file is instead of a bag, in words.
-pub(super) fn read(file: &[u8], collector: &mut Collector) -> Result<(), String> {
+pub(super) fn read(file: &Content, collector: &mut Collector) -> Result<(), String> {
     let database = Database::open(file)?;
     let (topics_root, topic_columns) = database
         .table("topics")

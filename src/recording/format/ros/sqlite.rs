@@ -3,6 +3,7 @@
 //! Rowid tables only, in the main file only (no write-ahead log, no journal). A page that doesn't fit is reported and left
 //! out; no page is read twice, so no damage leads in a circle. Format: sqlite.org, "Database File Format".
 
+use crate::recording::content::Content;
 use std::{borrow::Cow, collections::BTreeSet};
 
 /// What every file starts with.
@@ -45,8 +46,8 @@ pub(super) struct Row<'a> {
 }
 
 /// A file and its layout.
-pub(super) struct Database<'a> {
-    file: &'a [u8],
+pub(super) struct Database<'f, 'a> {
+    file: &'f Content<'a>,
     page_size: usize,
     /// Bytes of a page that hold content.
     usable: usize,
@@ -56,12 +57,12 @@ pub(super) struct Database<'a> {
     pub write_ahead: bool,
 }
 
-impl<'a> Database<'a> {
+impl<'f, 'a> Database<'f, 'a> {
     /// # Errors
     /// What is wrong with the file's header, in words.
-    pub(super) fn open(file: &'a [u8]) -> Result<Self, String> {
-        let header = file
-            .get(..100)
+    pub(super) fn open(file: &'f Content<'a>) -> Result<Self, String> {
+        let header: [u8; 100] = file
+            .number(0)
             .ok_or("the file ends within its header of 100 bytes")?;
         let page_size = match u16::from_be_bytes([header[16], header[17]]) {
             1 => 65536,
@@ -91,11 +92,12 @@ impl<'a> Database<'a> {
     }
 
     /// Bytes of the page of some number, from 1 on.
-    fn page(&self, number: u32) -> Option<&'a [u8]> {
+    fn page(&self, number: u32) -> Option<Cow<'a, [u8]>> {
         let start = (number as usize)
             .checked_sub(1)?
             .checked_mul(self.page_size)?;
-        self.file.get(start..start.checked_add(self.page_size)?)
+        let page = self.file.bytes(start, self.page_size);
+        (page.len() == self.page_size).then_some(page)
     }
 
     /// Root page and column names of a table.
@@ -124,7 +126,7 @@ impl<'a> Database<'a> {
         &self,
         root: u32,
         visited: &mut Visited,
-        row: &mut dyn FnMut(Row<'a>),
+        row: &mut dyn FnMut(Row),
         fault: &mut dyn FnMut(String),
     ) {
         // Pages to be read, the next one last, each with its depth.
@@ -141,10 +143,10 @@ impl<'a> Database<'a> {
                     continue;
                 }
             };
-            if self.leaf(number, page, visited, row, fault) {
+            if self.leaf(number, &page, visited, row, fault) {
                 continue;
             }
-            match self.children(number, page) {
+            match self.children(number, &page) {
                 Some(children) => {
                     next.extend(children.into_iter().rev().map(|child| (child, depth + 1)));
                 }
@@ -154,12 +156,12 @@ impl<'a> Database<'a> {
     }
 
     /// Rows of the leaves that no tree led to, of a file whose trees are damaged.
-    pub(super) fn stray_rows(&self, visited: &mut Visited, row: &mut dyn FnMut(Row<'a>)) {
+    pub(super) fn stray_rows(&self, visited: &mut Visited, row: &mut dyn FnMut(Row)) {
         for number in 1..=self.pages() as u32 {
             if let Some(page) = self.page(number)
                 && !visited.0.contains(&number)
             {
-                self.leaf(number, page, visited, row, &mut |_| {});
+                self.leaf(number, &page, visited, row, &mut |_| {});
             }
         }
     }
@@ -168,9 +170,9 @@ impl<'a> Database<'a> {
     fn leaf(
         &self,
         number: u32,
-        page: &'a [u8],
+        page: &[u8],
         visited: &mut Visited,
-        row: &mut dyn FnMut(Row<'a>),
+        row: &mut dyn FnMut(Row),
         fault: &mut dyn FnMut(String),
     ) -> bool {
         let start = header_start(number);
@@ -208,7 +210,7 @@ impl<'a> Database<'a> {
         left.chain([child(start + 8)]).collect()
     }
 
-    fn row(&self, mut cell: &'a [u8], visited: &mut Visited) -> Option<Row<'a>> {
+    fn row<'p>(&self, mut cell: &'p [u8], visited: &mut Visited) -> Option<Row<'p>> {
         let len = usize::try_from(varint(&mut cell)?).ok()?;
         let id = varint(&mut cell)?;
         let largest = self.usable - 35;
@@ -232,15 +234,16 @@ impl<'a> Database<'a> {
         if len > self.file.len() {
             return None;
         }
-        let (here, mut next) = cell.split_last_chunk::<4>()?;
+        let (here, &next) = cell.split_last_chunk::<4>()?;
+        let mut next = next;
         let mut content = here.to_vec();
         while content.len() < len {
-            let number = u32::from_be_bytes(*next);
+            let number = u32::from_be_bytes(next);
             let page = self.page(number)?;
             if !visited.0.insert(number) {
                 return None;
             }
-            let (pointer, rest) = page[..self.usable].split_first_chunk::<4>()?;
+            let (&pointer, rest) = page[..self.usable].split_first_chunk::<4>()?;
             next = pointer;
             content.extend_from_slice(&rest[..rest.len().min(len - content.len())]);
         }

@@ -1,11 +1,14 @@
 //! The same drive in every container, whole and damaged (`tests/bags`, written by other people's writers).
 
+mod windows;
+
 use super::*;
 use crate::{
     recording::{Recording, compressed, imported_log::OdometrySource},
     seed::Seed,
 };
 use rand::RngExt;
+use sha2::{Digest, Sha256};
 use std::{path::PathBuf, time::Instant};
 
 /// Files whose bytes are damaged: each container, with each packing.
@@ -53,7 +56,7 @@ fn read_bytes(name: &str, file: &[u8], options: &LogOptions) -> Result<ImportedL
 fn read(name: &str) -> ImportedLog {
     let options = LogOptions::default();
     let log = match bag(name).is_dir() {
-        true => read_folder(&bag(name), &options, &mut |_| {}),
+        true => read_folder(&bag(name), &options, Sha256::new()).map(|(log, _)| log),
         false => read_bytes(name, &bytes(name), &options),
     };
     log.unwrap_or_else(|error| panic!("{error}"))
