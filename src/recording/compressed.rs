@@ -41,12 +41,9 @@ pub struct Content<'a> {
 /// # Ok::<(), ballmark::Error>(())
 /// ```
 pub fn unpack<'a>(path: &Path, file: &'a [u8]) -> Result<Content<'a>> {
+    let limit = storage::largest_content(file.len());
     match packed(file) {
-        Some(Packed::Zstd) => {
-            let limit = storage::largest_content(file.len());
-            drain(path, "zstd", ZstdReader::new(file, limit), file.len())
-        }
-        Some(packed) => drain(path, packed.name(), packed.reader(file), file.len()),
+        Some(packed) => drain(path, packed.name(), packed.reader(file, limit), limit),
         None => Ok(Content {
             bytes: Cow::Borrowed(file),
             damage: None,
@@ -88,8 +85,8 @@ impl Packed {
         }
     }
 
-    /// What unpacks a file bit by bit; zstd, of which whole frames must be at hand, is given back as it is.
-    pub(super) fn reader<'a>(self, file: impl BufRead + 'a) -> Box<dyn Read + 'a> {
+    /// What unpacks a file bit by bit, to no more than `limit` bytes if it is any log's.
+    pub(super) fn reader<'a>(self, file: impl BufRead + 'a, limit: u64) -> Box<dyn Read + 'a> {
         match self {
             Packed::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(file)),
             Packed::Xz => Box::new(lzma_rust2::XzReader::new_mem_limit(
@@ -98,7 +95,7 @@ impl Packed {
                 XZ_MEMORY_KIB,
             )),
             Packed::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(file)),
-            Packed::Zstd => Box::new(file),
+            Packed::Zstd => Box::new(ZstdReader::new(file, limit)),
         }
     }
 }
@@ -178,9 +175,8 @@ fn drain(
     path: &Path,
     packing: &str,
     mut reader: impl Read,
-    len: usize,
+    limit: u64,
 ) -> Result<Content<'static>> {
-    let limit = storage::largest_content(len);
     let mut bytes = Vec::new();
     // What came out before a fault stays in `bytes`.
     let fault = reader

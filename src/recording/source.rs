@@ -46,8 +46,7 @@ struct Seen {
 }
 
 impl<'a> Source<'a> {
-    /// Opens a file and reads its beginning; `hash` goes on with its bytes. What is no plain file, or packed so that it can't be unpacked
-    /// bit by bit (zstd), is read whole.
+    /// Opens a file and reads its beginning; `hash` goes on with its bytes. What is no plain file is read whole.
     ///
     /// # Errors
     /// Where it can't be read, or nothing of it can be unpacked.
@@ -73,7 +72,7 @@ impl<'a> Source<'a> {
         };
         let file = InputFile::open(path)?;
         let Some(length) = file.length() else {
-            source.take_whole(file.read_to_end()?)?;
+            source.take_whole(&file.read_to_end()?)?;
             return Ok(source);
         };
         let mut start = Vec::new();
@@ -89,25 +88,20 @@ impl<'a> Source<'a> {
             return Ok(source);
         }
         let packed = compressed::packed(&start);
-        if packed == Some(Packed::Zstd) {
-            source.read(from, &mut start)?;
-            tail.file.check_unchanged()?;
-            source.unpack(&start)?;
-            return Ok(source);
-        }
         if packed.is_none() {
             let length = usize::try_from(length).ok();
             source.in_place = length.map(|length| (Rc::clone(&tail.file), length));
         }
+        let limit = storage::largest_content(usize::try_from(length).unwrap_or(usize::MAX));
         let from = BufReader::with_capacity(AT_ONCE, Cursor::new(start).chain(from));
         source.rest = Box::new(Unpacking {
             from: match packed {
-                Some(packed) => packed.reader(from),
+                Some(packed) => packed.reader(from, limit),
                 None => Box::new(from),
             },
             packing: packed.map(Packed::name),
             unpacked: 0,
-            limit: storage::largest_content(usize::try_from(length).unwrap_or(usize::MAX)),
+            limit,
             seen: Rc::clone(&source.seen),
         });
         source.tail = Some(tail);
@@ -119,13 +113,9 @@ impl<'a> Source<'a> {
     }
 
     /// The content of a file that was read whole.
-    fn take_whole(&mut self, file: Vec<u8>) -> Result<()> {
-        self.seen.borrow_mut().hash.update(&file);
+    fn take_whole(&mut self, file: &[u8]) -> Result<()> {
+        self.seen.borrow_mut().hash.update(file);
         self.is_empty = file.is_empty();
-        self.unpack(&file)
-    }
-
-    fn unpack(&mut self, file: &[u8]) -> Result<()> {
         let content = compressed::unpack(self.path, file)?;
         self.seen.borrow_mut().damage = content.damage;
         self.head = content.bytes.into_owned();
