@@ -10,7 +10,7 @@ use crate::{
     error::{Error, Result},
     storage,
 };
-use serde::de::DeserializeOwned;
+use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 use toml::Value;
 
@@ -142,4 +142,21 @@ pub fn rename_keys(table: &mut toml::Table, former: &[(&str, &str)]) {
             table.entry(*present).or_insert(value);
         }
     }
+}
+
+/// A usage error about a key of a section whose value makes no sense, such as `localise.trials = 0: expected 1 or more`: names the key
+/// and, where that is a number, the value.
+pub(crate) fn out_of_range(
+    section: &str,
+    config: &impl Serialize,
+    key: &str,
+    expected: &str,
+) -> Error {
+    let table = toml::Table::try_from(config).unwrap_or_default();
+    let value = match table.get(key) {
+        Some(Value::Integer(value)) => format!(" = {value}"),
+        Some(Value::Float(value)) => format!(" = {value}"),
+        _ => String::new(), // not at hand, or of any length
+    };
+    Error::usage(format!("{section}.{key}{value}: expected {expected}"))
 }

@@ -122,11 +122,15 @@ mod tests {
             ),
             (
                 "[localise]\nlongest_m = -1",
-                "in.toml: line 2: localise.shortest_m, localise.longest_m",
+                "in.toml: line 2: localise.longest_m = -1: expected metres, localise.shortest_m = ",
             ),
             (
                 "[localise]\nlongest_gap_m = -1",
-                "in.toml: line 2: localise.longest_gap_m",
+                "in.toml: line 2: localise.longest_gap_m = -1: expected 0 or more metres",
+            ),
+            (
+                "[localise]\ntrials = 0",
+                "in.toml: line 2: localise.trials = 0: expected 1 to 100000",
             ),
             (
                 "[degraded]\nreach_m = 0",

@@ -22,6 +22,7 @@ use crate::{
     model::{Memory, Model, Training},
     recording::Recording,
     seed::Seed,
+    toml_file::out_of_range,
 };
 use judge::Judged;
 use rayon::prelude::*;
@@ -88,9 +89,7 @@ impl LifelongConfig {
     /// # Errors
     /// A usage error where a value makes no sense; the message names its key.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, expected: &str| {
-            Err(Error::usage(format!("lifelong.{key}: expected {expected}")))
-        };
+        let wrong = |key: &str, expected: &str| Err(out_of_range("lifelong", self, key, expected));
         if !(1..=1000).contains(&self.seeds) || self.seed.checked_add(self.seeds as u64).is_none() {
             return wrong("seeds", "1 to 1000 of them, none above 2^64 - 1");
         }

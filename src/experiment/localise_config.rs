@@ -3,15 +3,22 @@
 use crate::{
     belief::{Evidence, GridConfig, OdometryMotion},
     detector::MOST_VIEWS,
-    error::{Error, Result},
+    error::Result,
     localiser::{RestartConfig, sensor_model::BankChoice},
     seed::Seed,
+    toml_file::out_of_range,
 };
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// The seed where nobody names one.
 const FIRST_SEED: u64 = 1;
+
+/// Most trials.
+const MOST_TRIALS: usize = 100_000;
+
+/// Most resamples of a bootstrap.
+const MOST_RESAMPLES: usize = 1_000_000;
 
 /// Most times as many particles.
 const MOST_TIMES: usize = 1000;
@@ -118,51 +125,44 @@ impl LocaliseConfig {
     }
 
     /// # Errors
-    /// Where a value makes no sense; the message names the key.
+    /// Where a value makes no sense; the message names the key and the value.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, expected: &str| {
-            Err(Error::usage(format!("localise.{key}: expected {expected}")))
-        };
+        let wrong = |key: &str, expected: &str| Err(out_of_range("localise", self, key, expected));
         let positive = |v: f64| v.is_finite() && v > 0.0;
-        if self.trials == 0 || self.resamples == 0 {
-            return wrong("trials, localise.resamples", "at least 1 of each");
+        for (key, value, most) in [
+            ("trials", self.trials, MOST_TRIALS),
+            ("resamples", self.resamples, MOST_RESAMPLES),
+        ] {
+            if !(1..=most).contains(&value) {
+                return wrong(key, &format!("1 to {most}"));
+            }
         }
         self.bank.check().map_err(|e| e.context("localise"))?;
         if self.query_views > MOST_VIEWS {
-            return wrong("query_views", &format!("at most {MOST_VIEWS}"));
+            let expected = format!("at most {MOST_VIEWS}");
+            return wrong("query_views", &expected);
         }
-        if self.trials > 100_000 || self.resamples > 1_000_000 {
-            return wrong(
-                "trials, localise.resamples",
-                "at most 100,000 and 1,000,000",
-            );
+        if !positive(self.shortest_m) {
+            return wrong("shortest_m", "metres above 0");
+        }
+        if !(self.longest_m.is_finite() && self.longest_m >= self.shortest_m) {
+            let expected = format!("metres, localise.shortest_m = {} or more", self.shortest_m);
+            return wrong("longest_m", &expected);
         }
         if !(self.spacing_m >= 0.01 && self.spacing_m <= self.shortest_m) {
-            return wrong(
-                "spacing_m",
-                "at least 0.01 m and at most localise.shortest_m",
-            );
-        }
-        if !positive(self.shortest_m)
-            || !positive(self.longest_m)
-            || self.shortest_m > self.longest_m
-        {
-            return wrong(
-                "shortest_m, localise.longest_m",
-                "positive numbers of metres, the first not above the second",
-            );
+            let expected = format!("0.01 m to localise.shortest_m = {}", self.shortest_m);
+            return wrong("spacing_m", &expected);
         }
         if !(self.longest_gap_m.is_finite() && self.longest_gap_m >= 0.0) {
             return wrong("longest_gap_m", "0 or more metres");
         }
         if !(0.0..=1.0).contains(&self.people()) {
-            return wrong("people", "the share of beams that they hide, 0 to 1");
+            let expected = "the share of beams that they hide, 0 to 1";
+            return wrong("people", expected);
         }
         if self.more_particles == 1 || self.more_particles > MOST_TIMES {
-            return wrong(
-                "more_particles",
-                "0 for no more, or 2 to 1000 times as many",
-            );
+            let expected = format!("0 for no more, or 2 to {MOST_TIMES} times as many");
+            return wrong("more_particles", &expected);
         }
         if self.kidnap_m.is_some_and(|m| !positive(m)) {
             return wrong("kidnap_m", "metres above 0");
@@ -170,11 +170,13 @@ impl LocaliseConfig {
         if let Some(restart) = &self.restart {
             restart.check().map_err(|e| e.context("localise"))?;
         }
-        if !positive(self.start_spread_m) || !positive(self.start_spread_rad) {
-            return wrong(
-                "start_spread_m, localise.start_spread_rad",
-                "positive numbers",
-            );
+        for (key, value) in [
+            ("start_spread_m", self.start_spread_m),
+            ("start_spread_rad", self.start_spread_rad),
+        ] {
+            if !positive(value) {
+                return wrong(key, "a positive number");
+            }
         }
         Ok(())
     }

@@ -26,13 +26,14 @@ pub use set_record::{OutputRecord, ReductionRow, SetRecord};
 use super::{printed::THRUN_1998_SETS, reproduce::Paper};
 use crate::{
     belief::{Uncertainty, prior::DEFAULT_HALF_TURN_RAD},
-    error::{Error, Result},
+    error::Result,
     learning::{Recipe, recipe::Optimiser},
     recording::{
         Recording,
         split::{SplitConfig, Unit},
     },
     seed::Seed,
+    toml_file::out_of_range,
     world::{
         Building,
         simulation::{Choice, simulate},
@@ -107,11 +108,7 @@ impl Thrun1998Config {
     /// # Errors
     /// A usage error that names the key at fault.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, expected: &str| {
-            Err(Error::usage(format!(
-                "thrun1998.{key}: expected {expected}"
-            )))
-        };
+        let wrong = |key: &str, expected: &str| Err(out_of_range("thrun1998", self, key, expected));
         if self.sets.is_empty() {
             return wrong("sets", "one or more of `d1`, `d2` and `d3`");
         }
@@ -136,8 +133,10 @@ impl Thrun1998Config {
         if self.bank_runs == 1 {
             return wrong("bank_runs", "0, or 2 or more");
         }
-        if self.steps == 0 || self.trials == 0 {
-            return wrong("steps, thrun1998.trials", "1 or more of each");
+        for (key, value) in [("steps", self.steps), ("trials", self.trials)] {
+            if value == 0 {
+                return wrong(key, "1 or more");
+            }
         }
         Ok(())
     }

@@ -410,7 +410,7 @@ fn numbers_of_particles_that_make_no_sense_are_refused() {
     for (text, fault) in [
         (
             format!("{system}[localisation]\nmore_particles = 1"),
-            "more_particles: expected 0 for no more, or 2 to 1000",
+            "more_particles = 1: expected 0 for no more, or 2 to 1000",
         ),
         (
             format!("{system}[localisation]\nmore_particles = 1001"),

@@ -1,9 +1,6 @@
 //! What is run, and how often.
 
-use crate::{
-    error::{Error, Result},
-    localiser::local_grid::LocalGridConfig,
-};
+use crate::{error::Result, localiser::local_grid::LocalGridConfig, toml_file::out_of_range};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -66,11 +63,8 @@ impl Ruizmayor2006Config {
     /// # Errors
     /// A usage error that names the key at fault.
     pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, expected: &str| {
-            Err(Error::usage(format!(
-                "ruizmayor2006.{key}: expected {expected}"
-            )))
-        };
+        let wrong =
+            |key: &str, expected: &str| Err(out_of_range("ruizmayor2006", self, key, expected));
         if self.repetitions == 0 {
             return wrong("repetitions", "1 or more");
         }
@@ -84,18 +78,18 @@ impl Ruizmayor2006Config {
                 return wrong(key, "0 or more");
             }
         }
-        if self.heading_steps_deg.is_empty() || self.range_noise_m.is_empty() {
-            return wrong(
-                "heading_steps_deg, ruizmayor2006.range_noise_m",
-                "one or more of each",
-            );
+        if self.heading_steps_deg.is_empty() {
+            return wrong("heading_steps_deg", "one or more");
+        }
+        if self.range_noise_m.is_empty() {
+            return wrong("range_noise_m", "one or more");
         }
         let positive = |value: &f64| value.is_finite() && *value > 0.0;
-        if !positive(&self.position_step_m) || !self.heading_steps_deg.iter().all(positive) {
-            return wrong(
-                "position_step_m, ruizmayor2006.heading_steps_deg",
-                "more than 0",
-            );
+        if !positive(&self.position_step_m) {
+            return wrong("position_step_m", "more than 0");
+        }
+        if !self.heading_steps_deg.iter().all(positive) {
+            return wrong("heading_steps_deg", "more than 0");
         }
         if !self
             .range_noise_m
