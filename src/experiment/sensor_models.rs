@@ -271,7 +271,8 @@ impl SensorModelConfig for Landmarks {
             Self::BeamModel(config) => maps(context, &config.map)?.beam_model(),
             Self::SignalField(_) => {
                 let field = signal_field(context)?;
-                field.ok_or_else(|| no_sensor("64 readings a snapshot or fewer"))
+                field
+                    .ok_or_else(|| no_sensor("no scan and no picture, or one of 64 values at most"))
             }
             Self::Compass(config) => by_compass(context, config),
         }
